@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from small_wall import SCAN  # type: ignore[import-not-found]
 
 from walltopo.core import Camera, View
-from walltopo.editing.view_crops import _window
+from walltopo.editing.view_crops import _crop_camera
 from walltopo.geometry.rays import triangle_index_of
 from walltopo.geometry.zbuffer import render_culled, render_ids
 
@@ -29,7 +29,7 @@ CAMERAS = [
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.model)
 @pytest.mark.parametrize("corner", [(0, 0), (280, 200), (520, 380)])
 def test_a_window_shows_what_the_whole_mesh_does(camera: Camera, corner: tuple[int, int]) -> None:
-    window = _window(camera, *corner, 120, 100)
+    window = _crop_camera(camera, *corner, 120, 100)
     mesh = SCAN.mesh
     face, depth = render_culled(mesh, window, VIEW.cam_from_world)
     whole = render_ids(mesh.vertices, mesh.faces, window, VIEW.cam_from_world)

@@ -25,7 +25,7 @@ def _named() -> set[tuple[str, str]]:
 def test_every_line_is_a_kernel_with_types(line: str) -> None:
     module, function, signature = line.split(" ", 2)
     kernel = getattr(importlib.import_module(module), function)
-    types = warm_up._types(signature)
+    types = warm_up._signature_types(signature)
     assert len(types) == kernel.py_func.__code__.co_argcount
 
 

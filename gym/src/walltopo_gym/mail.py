@@ -82,7 +82,9 @@ class SmtpMailer:
         try:
             self.hand_over(mail)
         except OSError as error:
-            _LOG.error("a mail to %s was not sent: %s", _domain(mail.to), without_address(error))
+            _LOG.error(
+                "a mail to %s was not sent: %s", _ascii_domain(mail.to), without_address(error)
+            )
 
     def hand_over(self, mail: Mail) -> None:
         message = EmailMessage()
@@ -135,7 +137,7 @@ def without_address(error: OSError) -> str:
     return str(error)
 
 
-def _domain(address: str) -> str:
+def _ascii_domain(address: str) -> str:
     return address.rpartition("@")[2]
 
 

@@ -85,7 +85,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     parts = urlsplit(ascii_url(url))
     assert parts.hostname is not None
     port = parts.port or (443 if parts.scheme == "https" else 80)
-    addresses = _resolve(parts.hostname, port)
+    addresses = _resolve_host(parts.hostname, port)
     if not private:
         for address in addresses:
             _refuse_private(address)
@@ -93,7 +93,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     stream = socket.create_connection((addresses[0], port), _PATIENCE_S)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
     with closing(stream), _cut_after(stream, _DEADLINE_S):
-        connection = _connection(parts.scheme, parts.hostname, port, stream)
+        connection = _open_connection(parts.scheme, parts.hostname, port, stream)
         try:
             connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
             status = connection.getresponse().status
@@ -104,7 +104,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     return status
 
 
-def _resolve(host: str, port: int) -> list[str]:
+def _resolve_host(host: str, port: int) -> list[str]:
     """Return the addresses of a host. The system's resolver has no timeout, so a thread calls it.
 
     Raises
@@ -178,7 +178,7 @@ def _embedded_addresses(address: IPv4Address | IPv6Address) -> list[IPv4Address]
     return [one for one in carried if one is not None]
 
 
-def _connection(scheme: str, host: str, port: int, stream: socket.socket) -> HTTPConnection:
+def _open_connection(scheme: str, host: str, port: int, stream: socket.socket) -> HTTPConnection:
     """Return a connection over this stream, whatever the name resolves to by now; the certificate
     must match the name."""
     if scheme == "https":

@@ -143,7 +143,7 @@ def read_table(
     above = title + (1 if declared else 0)
     text = text.split("\n", title)[-1]
     head = text.partition("\n")[0]
-    between = declared[1] if declared else _separator(head, columns)
+    between = declared[1] if declared else _find_separator(head, columns)
     reader = csv.reader(io.StringIO(text), delimiter=between, strict=True)
     try:
         named = column_names(next(reader))
@@ -189,7 +189,7 @@ def _title_lines(text: str, columns: Sequence[str], needed: str) -> int:
     A title names no column, or it would be a heading with errors.
     """
     for number, line in enumerate(text.split("\n")[:_MAX_TITLE]):
-        names = column_names(line.split(_separator(line, columns)))
+        names = column_names(line.split(_find_separator(line, columns)))
         if needed in names:
             return number
         if any(name in columns for name in names):
@@ -197,7 +197,7 @@ def _title_lines(text: str, columns: Sequence[str], needed: str) -> int:
     return 0
 
 
-def _separator(head: str, columns: Sequence[str]) -> str:
+def _find_separator(head: str, columns: Sequence[str]) -> str:
     """Return the separator that makes the most known columns of a first line."""
 
     def known(separator: str) -> tuple[int, int]:

@@ -112,7 +112,7 @@ def test_a_row_that_comes_during_the_dump_belongs_to_no_digest(
 ) -> None:
     """The digests and the dump are of the same moment, while the gym goes on."""
     server = world.server
-    digest = backup_tables._digest
+    digest = backup_tables._digest_rows
     come: list[str] = []
 
     def slow(rows: Any) -> Any:
@@ -120,7 +120,7 @@ def test_a_row_that_comes_during_the_dump_belongs_to_no_digest(
             come.append(server.person("late").email)
         return digest(rows)
 
-    monkeypatch.setattr(backup_tables, "_digest", slow)
+    monkeypatch.setattr(backup_tables, "_digest_rows", slow)
     file = backed_up(server, tmp_path / "gym.tar")
     monkeypatch.undo()
     assert come

@@ -112,8 +112,8 @@ STEPS = {
     "decided": ("_write_note", 1, "after"),
     "one part aside": ("_move_part", 1, "after"),
     "one part new": ("_move_part", 2, "after"),
-    "all parts new": ("_exchange", 1, "before"),
-    "database exchanged": ("_exchange", 1, "after"),
+    "all parts new": ("_exchange_databases", 1, "before"),
+    "database exchanged": ("_exchange_databases", 1, "after"),
 }
 
 

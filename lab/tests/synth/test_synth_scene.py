@@ -190,15 +190,15 @@ def _arguments(*words: str) -> argparse.Namespace:
 
 
 def test_options_become_a_recipe(tiny_gym: Path) -> None:
-    recipe = synth_cli._recipe(
+    recipe = synth_cli._recipe_of(
         _arguments("x", "--preset", "lead", "--seed", "5", "--size", "800x600", "--photos", "9")
     )
     assert (recipe.preset, recipe.seed, recipe.gym.height) == ("lead", 5, 11.0)
     assert (recipe.photos.photos, recipe.photos.width, recipe.photos.height) == (9, 800, 600)
-    reset = synth_cli._recipe(_arguments("x", "--reset-of", str(tiny_gym), "--reset-seed", "3"))
+    reset = synth_cli._recipe_of(_arguments("x", "--reset-of", str(tiny_gym), "--reset-seed", "3"))
     assert reset.gym == tiny_recipe().gym
     assert (reset.seed, reset.reset_seed, reset.photo_seed) == (0, 3, 3)
-    changed = synth_cli._recipe(_arguments("x", "--set", "photo.noise=2", "--set", "spray=true"))
+    changed = synth_cli._recipe_of(_arguments("x", "--set", "photo.noise=2", "--set", "spray=true"))
     assert changed.photos.noise == 2.0
     assert changed.gym.spray
 
@@ -213,7 +213,7 @@ def test_options_become_a_recipe(tiny_gym: Path) -> None:
 )
 def test_wrong_options_are_explained(words: tuple[str, ...], message: str) -> None:
     with pytest.raises(SettingsError) as caught:
-        synth_cli._recipe(_arguments(*words))
+        synth_cli._recipe_of(_arguments(*words))
     assert message in str(caught.value)
 
 

@@ -49,7 +49,7 @@ def sample_with(labelled: tuple[tuple[int, int, int], ...]) -> Sample:
 
 
 def test_outlines_follow_the_network_in_labelled_boxes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(outlines, "_look", lambda net, photo, size: perfect_look())
+    monkeypatch.setattr(outlines, "_mean_outputs", lambda net, photo, size: perfect_look())
     made = redraw(build_net(SMALL), sample_with(DISCS[:2]))
     for k, (x, y, r) in enumerate(DISCS[:2]):
         mine, true = made.ids == k + 1, disc(x, y, r)
@@ -63,7 +63,7 @@ def test_outlines_follow_the_network_in_labelled_boxes(monkeypatch: pytest.Monke
 def test_an_outline_that_disagrees_with_its_box_is_not_used(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(outlines, "_look", lambda net, photo, size: perfect_look())
+    monkeypatch.setattr(outlines, "_mean_outputs", lambda net, photo, size: perfect_look())
     sample = sample_with(((32, 40, 24),))
     made = redraw(build_net(SMALL), sample)
     np.testing.assert_array_equal(made.ids[16:64, 8:56], sample.ids[16:64, 8:56])
@@ -72,7 +72,7 @@ def test_an_outline_that_disagrees_with_its_box_is_not_used(
 
 def test_a_look_has_maps_of_the_photo() -> None:
     photo = np.zeros((40, 64, 3), np.uint8)
-    look = outlines._look(build_net(SMALL).eval(), photo, 128)
+    look = outlines._mean_outputs(build_net(SMALL).eval(), photo, 128)
     assert look.scale == 2.0
     assert look.heat.shape == (2, 24, 32)
     assert look.votes.shape == (8, 24, 32)

@@ -103,7 +103,7 @@ def test_a_pack_trains_in_workers_and_resumes_after_a_kill(
     )
     job = Job((), tmp_path / "run", pack=tmp_path / "discs.pack")
     losses: list[float] = []
-    update = loop._update
+    update = loop._training_step
 
     def stop_after(steps: int) -> None:
         def counted(*args: object) -> dict[str, float]:
@@ -113,7 +113,7 @@ def test_a_pack_trains_in_workers_and_resumes_after_a_kill(
             losses.append(made["heat"] + made["box"] + made["mask"])
             return made
 
-        monkeypatch.setattr(loop, "_update", counted)
+        monkeypatch.setattr(loop, "_training_step", counted)
         with pytest.raises(RuntimeError, match="killed"):
             fit_detector(job, settings, AugmentSettings(), Silent())
 

@@ -45,7 +45,7 @@ def trained(monkeypatch: pytest.MonkeyPatch) -> list[tuple[dict[str, Any], int]]
             done[-1] = (dict(values), step)
             seen(step, values["momentum"] * step / room.CHECKS)
 
-    monkeypatch.setattr(room, "_train", train)
+    monkeypatch.setattr(room, "_train_trial", train)
     return done
 
 
@@ -125,12 +125,12 @@ def test_each_family_trains_with_what_was_suggested(
 
     search, _ = search_in(tmp_path)
     small = {**values, "network": "lite1"}
-    room._train(search, small, tmp_path / "t", ignore, Silent())
+    room._train_trial(search, small, tmp_path / "t", ignore, Silent())
     job, settings = requests["votes"]
     assert (settings.crop, settings.network, settings.momentum) == (384, "lite1", 0.8)
     assert job.cached == search.out / "cache"
     search = DetectorSearch("yolo11-seg", (), tmp_path, 5.0, pretrained=tmp_path / "coco")
-    room._train(search, values, tmp_path / "t", ignore, Silent())
+    room._train_trial(search, values, tmp_path / "t", ignore, Silent())
     job, name, yolo_settings = requests["yolo"]
     assert name == "yolo11m-seg"
     assert job.pretrained == tmp_path / "coco" / "yolo11m-seg.pt"

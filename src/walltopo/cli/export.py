@@ -115,7 +115,7 @@ def _export(args: argparse.Namespace) -> int:
             wall = (one_route if args.format == "tactile" else crop_route)(wall, args.route)
         progress.step(f"write {args.format}")
         convert(wall, args.format, made, scan=scan, progress=progress)
-        size = _size(made)
+        size = _size_of_output(made)
     what = count_words(len(wall.routes), wall.holds)
     if args.format in WHOLE_MESH:
         what = f"{len(wall.mesh.faces):,} triangles, {what}"
@@ -125,7 +125,7 @@ def _export(args: argparse.Namespace) -> int:
     return 0
 
 
-def _size(made: Path) -> str:
+def _size_of_output(made: Path) -> str:
     """Return the size of a file, or the number of files and the size of a folder."""
     files = [path for path in made.rglob("*") if path.is_file()] if made.is_dir() else [made]
     count = sum(path.stat().st_size for path in files)

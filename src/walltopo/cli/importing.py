@@ -67,7 +67,7 @@ def _import(args: argparse.Namespace) -> int:
     command += ["--mesh", str(mesh)] if mesh is not None else []
     command += [word for value in args.set for word in ("--set", value)]
     if not args.quiet:
-        for line in _description(found, len(files), args.with_mesh):
+        for line in _describe_export(found, len(files), args.with_mesh):
             console.print(line, soft_wrap=True, highlight=False, markup=False)
         console.print(f"walltopo {shlex.join(command)}", soft_wrap=True, markup=False)
     if args.dry_run:
@@ -93,7 +93,7 @@ def _choose_mesh(found: FoundExport) -> Path:
     )
 
 
-def _description(found: FoundExport, photos: int, with_mesh: bool) -> list[str]:
+def _describe_export(found: FoundExport, photos: int, with_mesh: bool) -> list[str]:
     """Return lines that say what an export holds."""
     given = found.given
     own = ", ".join(mesh.name for mesh in found.meshes[:5]) or "none"

@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         summary = f"{len(holds)} instances on {area:.1f} {area_unit} of mesh"
         return _emit(args, rows, {"holds": len(holds), "area_m2": round(area, 3)}, summary)
     before = load_scan(args.since)
-    motions = _motions(before, new) if args.loose else None
+    motions = _motions_between(before, new) if args.loose else None
     found = changes(before.holds, holds, unit, motions)
     kinds = ("came", "went", *(("turned", "moved") if args.loose else ()), "recoloured", "stayed")
     counts = dict.fromkeys(kinds, 0)
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     return _emit(args, rows, counts, ", ".join(f"{n} {what}" for what, n in counts.items()))
 
 
-def _motions(old: ScanHolds, new: ScanHolds) -> Motions:
+def _motions_between(old: ScanHolds, new: ScanHolds) -> Motions:
     """Return the motions of the holds of two scans."""
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener

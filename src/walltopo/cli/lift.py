@@ -102,13 +102,13 @@ def run(args: argparse.Namespace) -> int:
         if frames := explain_frames(mesh, views, params.seed):
             console.print(f"warning: {frames}")
 
-        _write(out, mesh, instances, views, classes)
+        _write_lift(out, mesh, instances, views, classes)
         if source.file_face is not None:
             with atomic_path(out / "file_faces.npz") as temporary, temporary.open("wb") as stream:
                 np.savez_compressed(stream, file_face=source.file_face)
         if args.refine_borders:
             finer, labels = refine_borders(mesh, views, instances, params, args.refine_borders)
-            _write(out / "refined", finer, labels, views, classes)
+            _write_lift(out / "refined", finer, labels, views, classes)
             write_ply(out / "refined" / "mesh.ply", finer)
     total = sum(len(view.masks) for view in views)
     console.print(
@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _write(
+def _write_lift(
     folder: Path, mesh: Mesh, found: Instances, views: Sequence[View], classes: Mapping[int, str]
 ) -> None:
     """Write the labels of a mesh, the instances, and the coloured mesh."""

@@ -134,14 +134,14 @@ def _detect(args: argparse.Namespace) -> int:
             found = detect_in_photos(photo, [file.name], plates, Silent())
             if stickers := detect_stickers(photo.read_grey(file.name), file.name):
                 codes = ", ".join(str(code) for code in sorted(one.marker for one in stickers))
-                table.add_row(file.name, "stickers", codes, f"{_shortest(stickers):.0f} px")
+                table.add_row(file.name, "stickers", codes, f"{_shortest_side(stickers):.0f} px")
             for plate in plates:
                 seen = [d for d in found if d.marker in plate.ids]
                 seen = [d for d in seen if d.dictionary == plate.dictionary]
                 if seen:
                     photos.setdefault(plate.label, set()).add(file.name)
                     ids = ", ".join(str(d.marker) for d in sorted(seen, key=lambda d: d.marker))
-                    table.add_row(file.name, plate.label, ids, f"{_shortest(seen):.0f} px")
+                    table.add_row(file.name, plate.label, ids, f"{_shortest_side(seen):.0f} px")
     console.print(table)
     for label, names in sorted(photos.items()):
         few = "" if len(names) >= 3 else " (take at least 3)"
@@ -151,7 +151,7 @@ def _detect(args: argparse.Namespace) -> int:
     return 0
 
 
-def _shortest(detections: Sequence[Detection]) -> float:
+def _shortest_side(detections: Sequence[Detection]) -> float:
     """Return the shortest side of the markers, pixels."""
     import numpy as np
 

@@ -60,10 +60,10 @@ def add_option(group: argparse._ActionsContainer, field: SettingField, default: 
     if isinstance(field.default, bool):
         group.add_argument(name, action=argparse.BooleanOptionalAction, default=None, help=text)
     else:
-        group.add_argument(name, type=_kind(field), choices=field.choices or None, help=text)
+        group.add_argument(name, type=_option_type(field), choices=field.choices or None, help=text)
 
 
-def _kind(field: SettingField) -> Callable[[str], Any]:
+def _option_type(field: SettingField) -> Callable[[str], Any]:
     kind = type(field.default)
     return Number(kind, field.low, field.high) if kind in (int, float) else kind
 

@@ -67,7 +67,7 @@ def trace_threads(file: Path | None) -> Iterator[Any]:
         tracer_entries=_ENTRIES, min_duration=_SHORTEST_US, output_file=str(file), verbose=0
     )
     ended = threading.Event()
-    sampler = threading.Thread(target=_sample, args=(tracer, ended), daemon=True)
+    sampler = threading.Thread(target=_record_memory, args=(tracer, ended), daemon=True)
     tracer.start()
     sampler.start()
     try:
@@ -79,7 +79,7 @@ def trace_threads(file: Path | None) -> Iterator[Any]:
         tracer.save()
 
 
-def _sample(tracer: Any, ended: threading.Event) -> None:
+def _record_memory(tracer: Any, ended: threading.Event) -> None:
     """Record the memory periodically."""
     while True:
         tracer.add_counter("memory", {"resident MiB": resident_mb()})

@@ -205,17 +205,17 @@ def _settings(args: argparse.Namespace) -> int:
             if field.expert and not args.all:
                 continue
             facts = "; ".join(part for part in (field.text, field.unit, allowed(field)) if part)
-            line = f"{field.name} = {_toml(field.default)}"
+            line = f"{field.name} = {_toml_value(field.default)}"
             console.print(f"{line:<36} # {facts}", soft_wrap=True)
     return 0
 
 
-def _toml(value: object) -> str:
+def _toml_value(value: object) -> str:
     """Return a default value in TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)):
         return str(value)
     if isinstance(value, (tuple, list)):
-        return "[" + ", ".join(map(_toml, value)) + "]"
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
     return '"' + str(value).replace("\\", "\\\\").replace('"', '\\"') + '"'

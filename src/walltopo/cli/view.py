@@ -57,7 +57,7 @@ def register(commands: Commands[argparse.ArgumentParser]) -> None:
     view.set_defaults(run=_view)
 
 
-def _editor(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[], None]]:
+def _editor_routes(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Callable[[], None]]:
     """Return the editor's HTTP routes (none without `--edit`) and a function that closes it."""
     if not args.edit:
         return (), lambda: None
@@ -82,7 +82,9 @@ def _view(args: argparse.Namespace) -> int:
     def print_defect(text: str) -> None:
         error_console.print(text, soft_wrap=True)
 
-    server = Server(args.scan, args.port, args.host, args.embed, print_defect, *_editor(args))
+    server = Server(
+        args.scan, args.port, args.host, args.embed, print_defect, *_editor_routes(args)
+    )
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
         console.print(line, soft_wrap=True)

@@ -110,14 +110,16 @@ def written_folder(target: Target) -> Iterator[Path]:
         _listed_files(target.location, known) - _unchanged_files(target.location, known)
     )
     if changed and not target.overwrite:
-        raise _refusal(target, target.location / changed[0], "was changed since walltopo wrote it")
+        raise _occupied_error(
+            target, target.location / changed[0], "was changed since walltopo wrote it"
+        )
     is_new = not target.location.exists()
     try:
         with scratch_beside(target.location) as holder:
             made = holder / target.location.name
             made.mkdir()
             yield made
-            _publish(made, target, known)
+            _move_results(made, target, known)
     except BaseException:
         if is_new:
             with suppress(OSError):  # not empty: another process wrote a file
@@ -142,7 +144,7 @@ def claimed_folder(target: Target) -> Path:
     return target.path
 
 
-def _refusal(target: Target, location: Path, what: str, allowed: bool = True) -> InputError:
+def _occupied_error(target: Target, location: Path, what: str, allowed: bool = True) -> InputError:
     """Return the error for an occupied path; `allowed`: --overwrite would help."""
     ways = f"Give another {target.flag}" + (", or --overwrite to replace it" if allowed else "")
     return InputError(f"{target.display_path(location)}: {what}", f"{ways}; nothing was changed.")
@@ -161,9 +163,9 @@ def _check_file(location: Path, target: Target, own: bool = False) -> None:
     }
     for what, found in never.items():
         if found:
-            raise _refusal(target, location, what, allowed=False)
+            raise _occupied_error(target, location, what, allowed=False)
     if not own and not target.overwrite:
-        raise _refusal(target, location, "is there already")
+        raise _occupied_error(target, location, "is there already")
 
 
 def _is_input(location: Path, target: Target) -> bool:
@@ -180,7 +182,7 @@ def _check_folder(target: Target) -> Mapping[str, str]:
     location = target.location
     target.check(location)
     if os.path.lexists(location) and not location.is_dir():
-        raise _refusal(target, location, "is not a folder", allowed=False)
+        raise _occupied_error(target, location, "is not a folder", allowed=False)
     if not location.is_dir():
         return {}
     marker = _read_marker(location)
@@ -217,7 +219,7 @@ def _has_files(folder: Path) -> bool:
     return any(name != MARKER and not name.startswith(_PARTIAL) for name in names)
 
 
-def _files(folder: Path) -> set[str]:
+def _own_files(folder: Path) -> set[str]:
     """Return the relative paths of all files below a folder, without marker and temporary ones.
 
     Links to folders are listed, not followed.
@@ -241,7 +243,7 @@ def _listed_files(folder: Path, known: Mapping[str, str]) -> set[str]:
 
     The marker is untrusted: its names are compared with existing files and never used as paths.
     """
-    return {name for name in _files(folder) if _marker_name(name) in known} if known else set()
+    return {name for name in _own_files(folder) if _marker_name(name) in known} if known else set()
 
 
 def _unchanged_files(folder: Path, known: Mapping[str, str]) -> set[str]:
@@ -250,11 +252,11 @@ def _unchanged_files(folder: Path, known: Mapping[str, str]) -> set[str]:
     return {name for name in named if hash_path(folder / name) == known[_marker_name(name)]}
 
 
-def _publish(made: Path, target: Target, known: Mapping[str, str]) -> None:
+def _move_results(made: Path, target: Target, known: Mapping[str, str]) -> None:
     """Move the results into the target, and remove own files that are no longer produced."""
     location = target.location
     own = _unchanged_files(location, known)
-    names = sorted(_files(made))
+    names = sorted(_own_files(made))
     for name in names:
         _check_parents(location / name, target)
         _check_file(location / name, target, own=name in own)
@@ -276,7 +278,7 @@ def _check_parents(location: Path, target: Target) -> None:
         if parent == target.location:
             return
         if os.path.lexists(parent) and (parent.is_symlink() or not parent.is_dir()):
-            raise _refusal(target, parent, "is not a folder", allowed=False)
+            raise _occupied_error(target, parent, "is not a folder", allowed=False)
 
 
 def _remove_empty(folder: Path, top: Path) -> None:

@@ -31,7 +31,7 @@ def as_utf8(content: bytes) -> bytes:
     ------
     InputError : the bytes are not valid in the encoding of their mark.
     """
-    encoding, mark = _encoding(content)
+    encoding, mark = _encoding_of(content)
     if encoding in ("", "utf-8"):
         return content[len(mark) :]
     try:
@@ -42,7 +42,7 @@ def as_utf8(content: bytes) -> bytes:
         ) from error
 
 
-def _encoding(content: bytes) -> tuple[str, bytes]:
+def _encoding_of(content: bytes) -> tuple[str, bytes]:
     """Return the encoding that the first bytes tell, "" without any, and the mark."""
     for mark, encoding in _MARKS:
         if content.startswith(mark):
@@ -93,5 +93,5 @@ def first_text(path: Path, size: int) -> str:
             head = stream.read(size)
     except OSError:
         return ""
-    encoding, mark = _encoding(head)
+    encoding, mark = _encoding_of(head)
     return head[len(mark) :].decode(encoding or "utf-8", "replace")

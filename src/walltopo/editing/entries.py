@@ -54,7 +54,7 @@ def set_hold(state: EditState, edit: SetHold) -> None:
     given = ("colour", "second_colour", "type")
     by_setter.update(name for name in given if getattr(edit, name) is not None)
     if edit.colour is not None:
-        hold = _painted(state, hold, edit.colour)
+        hold = _recoloured_hold(state, hold, edit.colour)
     if edit.second_colour is not None:
         rgb = _paint_named(state, hold, edit.second_colour, hold.second_rgb)
         hold = replace(hold, second_colour=edit.second_colour, second_rgb=rgb)
@@ -81,7 +81,7 @@ def _of_kind(hold: Hold, kind: str) -> Hold:
     return replace(hold, kind=kind, role="hold", type="unknown", type_confidence=0.0)
 
 
-def _painted(state: EditState, hold: Hold, colour: str) -> Hold:
+def _recoloured_hold(state: EditState, hold: Hold, colour: str) -> Hold:
     """Return the hold with a corrected colour: its name, and the paint of holds with that name.
 
     Holds are linked by paint. With its measured paint, the hold would stay in its route.
@@ -130,7 +130,7 @@ def add(state: EditState, edit: Add) -> None:
     radius = (LONGEST if is_volume else edit.radius) * snapshot.unit
     around = snapshot.triangles.within(at, 2 * radius)
     key = msgspec.json.encode((edit.kind, at.tolist(), radius)) + state.labels[around].tobytes()
-    made = _solid if is_volume else _grown
+    made = _find_solid if is_volume else _grow_hold
     rows, measured = cached(snapshot, key, lambda: made(snapshot, state.labels, at, radius))
     number = state.new_hold(edit.hold.id)
     state.holds[number] = _of_kind(replace(measured.hold, id=number, score=1.0), edit.kind)
@@ -140,7 +140,7 @@ def add(state: EditState, edit: Add) -> None:
     fit_into_route(state, number)
 
 
-def _grown(
+def _grow_hold(
     snapshot: ScanSnapshot, labels: NDArray[np.int32], at: NDArray[np.float64], radius: float
 ) -> _Measured:
     """Return the triangles of a hold at a place, and its measurement."""
@@ -148,7 +148,7 @@ def _grown(
     return _with_measurement(snapshot, labels, grow(snapshot, labels, at, radius, crops), crops)
 
 
-def _solid(
+def _find_solid(
     snapshot: ScanSnapshot, labels: NDArray[np.int32], at: NDArray[np.float64], radius: float
 ) -> _Measured:
     """Return the triangles of the volume at a place, and its measurement."""

@@ -134,10 +134,10 @@ def _grown_within(
     wall = wall_around(snapshot, labels, at, radius)
     seed = away <= max(SEED * unit, float(away.min()))
     rim = away >= RIM * radius
-    score = _scores(snapshot, rows, seed, rim, wall, crops)
+    score = _hold_scores(snapshot, rows, seed, rim, wall, crops)
     scores = score.copy()
     score[seed], score[rim & ~seed] = np.inf, -np.inf
-    chosen = _cut(score, *_borders(snapshot, rows, beside, wall, crops))
+    chosen = _minimum_cut(score, *_border_costs(snapshot, rows, beside, wall, crops))
     part, _ = patches(beside, chosen.astype(np.int32))
     found = _without_holes(beside, chosen & (part == part[away.argmin()]))
     others = beside[found]
@@ -148,7 +148,7 @@ def _grown_within(
     return rows[found], held or blind
 
 
-def _scores(
+def _hold_scores(
     snapshot: ScanSnapshot,
     rows: Ints,
     seed: NDArray[np.bool_],
@@ -211,7 +211,7 @@ def face_colours(snapshot: ScanSnapshot, rows: Ints, crops: Sequence[ViewCrop]) 
     return found
 
 
-def _borders(
+def _border_costs(
     snapshot: ScanSnapshot,
     rows: Ints,
     beside: NDArray[np.int32],
@@ -239,7 +239,7 @@ def _borders(
     return np.column_stack([one, two]), SMOOTH * length * np.exp(-(bend**2) - step**2)
 
 
-def _cut(score: Floats, pairs: Ints, cost: Floats) -> NDArray[np.bool_]:
+def _minimum_cut(score: Floats, pairs: Ints, cost: Floats) -> NDArray[np.bool_]:
     """Return (n,) whether each triangle is on the hold's side of the minimum cut.
 
     Scores of inf and -inf fix the side.

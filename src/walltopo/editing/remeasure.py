@@ -57,7 +57,7 @@ def measure_hold(
     shape : of those triangles; crops : the place in photos.
     """
     views = _best_views(own, crops, snapshot.found.measured_with.cutout_px)
-    colour, second = _colours(snapshot, views)
+    colour, second = _hold_colours(snapshot, views)
     names = [view.name for view in snapshot.views]
     hold = with_shape(
         Hold(
@@ -142,7 +142,7 @@ def _best_views(own: NDArray[np.int32], crops: Sequence[ViewCrop], pixels: int) 
     return sorted(views, key=lambda view: (-view.quality, view.photo))
 
 
-def _colours(
+def _hold_colours(
     snapshot: ScanSnapshot, views: Sequence[HoldView]
 ) -> tuple[HoldColour, HoldColour | None]:
     """Return the colour and a second one, by the scan's light and palette.

@@ -112,10 +112,10 @@ def replay(snapshot: ScanSnapshot, edits: Sequence[Edit]) -> Outcome:
 
 
 def _outcome(state: EditState, notes: Sequence[Note]) -> Outcome:
-    _measure(state)
+    _remeasure_holds(state)
     holds = tuple(state.holds[number].rounded() for number in sorted(state.holds))
-    wall = _wall(state)
-    routes = tuple(_route(state, number, wall) for number in sorted(state.routes))
+    wall = _wall_stats(state)
+    routes = tuple(_describe_route(state, number, wall) for number in sorted(state.routes))
     unrouted = [h.id for h in holds if h.role == "hold" and not state.routes_of(h.id)]
     volumes = [hold.id for hold in holds if hold.role == "volume"]
     return Outcome(
@@ -137,7 +137,7 @@ def _owners_first(state: EditState, routes: Sequence[Route]) -> tuple[Route, ...
     return tuple(sorted(routes, key=lambda route: route.id not in own))
 
 
-def _measure(state: EditState) -> None:
+def _remeasure_holds(state: EditState) -> None:
     """Update position, size and wall angle of reshaped instances; colour and type of some."""
     known = state.reshaped & (state.holds.keys() | state.non_holds.keys())
     if not known:
@@ -154,7 +154,7 @@ def _measure(state: EditState) -> None:
             state.non_holds[number] = with_shape(state.non_holds[number], shape)
 
 
-def _wall(state: EditState) -> WallStats:
+def _wall_stats(state: EditState) -> WallStats:
     """Return the usual figures of the scan's routes, with the present strays."""
     instances = state.snapshot.found.holds
     found = {hold.id: hold for hold in instances}
@@ -163,13 +163,13 @@ def _wall(state: EditState) -> WallStats:
     return wall_stats(routes, instances).with_strays(free, state.non_holds.values())
 
 
-def _route(state: EditState, number: int, wall: WallStats) -> Route:
+def _describe_route(state: EditState, number: int, wall: WallStats) -> Route:
     """Return a route as the stage `routes` describes it, with the setter's facts."""
     roles = {hold: role for (route, hold), role in state.roles.items() if route == number}
-    ambiguous = _ambiguous(state, number)
+    ambiguous = _ambiguous_holds(state, number)
     found = describe_route(number, state.members(number), wall, ambiguous, roles)
     by_setter = state.facts.get(number, RouteFacts())
-    colour = by_setter.colour or _colour(state, found)
+    colour = by_setter.colour or _common_colour(state, found)
     return replace(
         found,
         name=by_setter.name,
@@ -183,7 +183,7 @@ def _route(state: EditState, number: int, wall: WallStats) -> Route:
     )
 
 
-def _colour(state: EditState, found: Route) -> str:
+def _common_colour(state: EditState, found: Route) -> str:
     """Return the colour of the holds; empty for a route of shared holds of several colours."""
     colours = {state.holds[hold].colour for hold in found.holds}
     shares = found.id in state.shared and found.id not in state.route_of.values()
@@ -200,7 +200,7 @@ def _rgb_of(state: EditState, colour: str) -> Rgb:
     return named.get(colour, REFERENCE.get(colour, (128, 128, 128)))
 
 
-def _ambiguous(state: EditState, number: int) -> dict[int, dict[int, float]]:
+def _ambiguous_holds(state: EditState, number: int) -> dict[int, dict[int, float]]:
     """Return the ambiguous holds of a route that no setter has settled, with probabilities."""
     alive = state.routes
     rows: dict[int, dict[int, float]] = {}

@@ -72,20 +72,23 @@ def view_crops(
     place = np.asarray(at, dtype=np.float64)
     normal = normal_at(snapshot, place, reach / 3)
     ranked = sorted(
-        ((_detail(view, place, normal), number) for number, view in enumerate(snapshot.views)),
+        (
+            (_pixels_per_metre(view, place, normal), number)
+            for number, view in enumerate(snapshot.views)
+        ),
         key=lambda row: (-row[0], row[1]),
     )
     found: list[ViewCrop] = []
     for detail, number in ranked[: 3 * max_photos]:
         if detail <= 0 or len(found) == max_photos:
             break
-        crop = _crop(snapshot, number, place, reach)
+        crop = _crop_photo(snapshot, number, place, reach)
         if crop is not None:
             found.append(crop)
     return found
 
 
-def _detail(view: View, place: Floats, normal: Floats) -> float:
+def _pixels_per_metre(view: View, place: Floats, normal: Floats) -> float:
     """Return the pixels per metre at a place, less at a slant; 0 if the photo does not show it."""
     towards = view.centre - place
     distance = float(np.linalg.norm(towards))
@@ -98,7 +101,9 @@ def _detail(view: View, place: Floats, normal: Floats) -> float:
     return cosine * view.camera.fx / distance if inside else 0.0
 
 
-def _crop(snapshot: ScanSnapshot, number: int, place: Floats, reach: float) -> ViewCrop | None:
+def _crop_photo(
+    snapshot: ScanSnapshot, number: int, place: Floats, reach: float
+) -> ViewCrop | None:
     """Return a crop of a photo, or None if a nearer surface hides the place."""
     view = snapshot.views[number]
     factor = min(1.0, LONG_SIDE / max(view.camera.width, view.camera.height))
@@ -108,7 +113,7 @@ def _crop(snapshot: ScanSnapshot, number: int, place: Floats, reach: float) -> V
     half = reach * whole.fx / float(local[2])
     left, top = max(int(x - half), 0), max(int(y - half), 0)
     right, bottom = min(int(x + half) + 2, whole.width), min(int(y + half) + 2, whole.height)
-    camera = _window(whole, left, top, right - left, bottom - top)
+    camera = _crop_camera(whole, left, top, right - left, bottom - top)
     face, depth = render_culled(snapshot.mesh, camera, view.cam_from_world)
     row, column = min(int(y) - top, len(depth) - 1), min(int(x) - left, len(depth[0]) - 1)
     if depth[row, column] < float(local[2]) - OCCLUSION_DEPTH * reach:
@@ -121,7 +126,7 @@ def _crop(snapshot: ScanSnapshot, number: int, place: Floats, reach: float) -> V
     return ViewCrop(number, view.name, picture, face, depth, x - left, y - top)
 
 
-def _window(camera: Camera, left: int, top: int, width: int, height: int) -> Camera:
+def _crop_camera(camera: Camera, left: int, top: int, width: int, height: int) -> Camera:
     """Return the camera of a crop of the photo."""
     at = {"SIMPLE_PINHOLE": 1, "SIMPLE_RADIAL": 1, "RADIAL": 1}.get(camera.model, 2)
     params = list(camera.params)

@@ -94,7 +94,7 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
         border_edges=int((edges.count == 1).sum()),
         edges_of_many_faces=int((edges.count > 2).sum()),
         vertices_of_many_fans=int((fan_count > 1).sum()),
-        flipped_edges=_flipped(mesh, edges),
+        flipped_edges=_count_flipped_edges(mesh, edges),
         degenerate_faces=int(degenerate(mesh).sum()),
         doubled_faces=int(duplicate_faces(mesh.faces).sum()),
         unused_vertices=int((fan_count == 0).sum()),
@@ -102,7 +102,7 @@ def check_mesh(mesh: Mesh, views: Sequence[View] = ()) -> MeshReport:
         edge_length_median=median,
         edge_length_p05=p05,
         edge_length_p95=p95,
-        inward_share=_inward(mesh, views) if views else None,
+        inward_share=_inward_share(mesh, views) if views else None,
     )
 
 
@@ -120,7 +120,7 @@ def _fan_counts(mesh: Mesh, edges: Edges) -> NDArray[np.int64]:
     return np.bincount(mesh.faces.ravel()[first], minlength=len(mesh.vertices))
 
 
-def _flipped(mesh: Mesh, edges: Edges) -> int:
+def _count_flipped_edges(mesh: Mesh, edges: Edges) -> int:
     """Return the number of edges that both their faces traverse in the same direction."""
     forward = mesh.faces < np.roll(mesh.faces, -1, axis=1)
     forward_count = np.bincount(edges.of_face.ravel(), forward.ravel(), minlength=len(edges.count))
@@ -134,7 +134,7 @@ def degenerate(mesh: Mesh, min_flatness: float = _DEGENERATE) -> NDArray[np.bool
     return np.asarray(2.0 * mesh.areas <= min_flatness * longest**2)
 
 
-def _inward(mesh: Mesh, views: Sequence[View]) -> float:
+def _inward_share(mesh: Mesh, views: Sequence[View]) -> float:
     """Return the share of the area in photos' frames that faces away from all these cameras."""
     towards = np.zeros(len(mesh.faces), dtype=np.bool_)
     framed = np.zeros(len(mesh.faces), dtype=np.bool_)

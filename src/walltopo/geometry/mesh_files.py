@@ -107,7 +107,7 @@ def read_mesh_file(path: Path) -> MeshFile:
     reader = {".obj": read_obj, ".ply": read_ply}.get(path.suffix.lower())
     if reader is None or not path.is_file():
         return MeshFile(_read_by_trimesh(path))
-    content = _content(path)
+    content = _file_content(path)
     if path.suffix.lower() == ".ply":
         _check_counts(path, content)
     with prefix_errors(path):
@@ -170,7 +170,7 @@ def load_with_trimesh(path: Path, *, pictures: bool = False) -> Any:
         raise InputError(f"{path}: no such file")
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"{path}: not a mesh file; expected one of {', '.join(SUFFIXES)}")
-    content = _content(path)
+    content = _file_content(path)
     if path.suffix.lower() == ".ply":
         _check_counts(path, content)
     if path.suffix.lower() in (".glb", ".gltf"):
@@ -220,7 +220,7 @@ def _local_resolver(folder: Path, pictures: bool) -> Any:
     return LocalResolver()
 
 
-def _content(path: Path) -> bytes:
+def _file_content(path: Path) -> bytes:
     """Return the bytes of a mesh file, text as UTF-8 without a byte-order mark."""
     if path.suffix.lower() != ".stl":
         return read_utf8(path)

@@ -63,10 +63,10 @@ def read_obj(content: bytes) -> PolygonFile:
     vertex_lines = [k for k, line in enumerate(lines) if line.lstrip()[:2] in (b"v ", b"v\t")]
     face_lines = [k for k, line in enumerate(lines) if line.lstrip()[:2] in (b"f ", b"f\t")]
     rows = [lines[k].split()[1:] for k in vertex_lines]
-    coordinates = _numbers([row[:3] for row in rows], vertex_lines, "vertex", 3)
+    coordinates = _parse_numbers([row[:3] for row in rows], vertex_lines, "vertex", 3)
     colours = None
     if rows and min(map(len, rows)) >= 6:  # x y z r g b, each colour from 0 to 1
-        shares = _numbers([row[3:6] for row in rows], vertex_lines, "vertex", 3)
+        shares = _parse_numbers([row[3:6] for row in rows], vertex_lines, "vertex", 3)
         colours = _colours_of(shares)
     # A corner is vertex, vertex/texture, vertex//normal or vertex/texture/normal.
     corners = [re.sub(rb"/\S*", b"", lines[k]).split()[1:] for k in face_lines]
@@ -82,10 +82,10 @@ def read_obj(content: bytes) -> PolygonFile:
     # Negative numbers count back from the last vertex above the face.
     above = np.searchsorted(vertex_lines, face_lines)
     flat = np.where(flat < 0, flat + np.repeat(above, counts), flat - 1)
-    return _checked(PolygonFile(coordinates, colours, counts, flat), face_lines)
+    return _check_corners(PolygonFile(coordinates, colours, counts, flat), face_lines)
 
 
-def _numbers(
+def _parse_numbers(
     rows: list[list[bytes]], lines: list[int], what: str, size: int
 ) -> NDArray[np.float64]:
     """Return rows of words as (n, size) numbers."""
@@ -102,7 +102,7 @@ def _numbers(
         raise
 
 
-def _checked(found: PolygonFile, lines: list[int] | None = None) -> PolygonFile:
+def _check_corners(found: PolygonFile, lines: list[int] | None = None) -> PolygonFile:
     """Return the polygons; raise InputError if a corner is no vertex."""
     outside = (found.corners < 0) | (found.corners >= len(found.vertices))
     if outside.any():
@@ -172,16 +172,16 @@ def read_ply(content: bytes) -> PolygonFile:
     if not mark:
         raise InputError("damaged: its header has no end")
     body = body[1:] if body[:1] == b"\n" else body.partition(b"\n")[2]
-    kind, elements = _header(head.decode("ascii", "replace"))
+    kind, elements = _read_header(head.decode("ascii", "replace"))
     reader = _Ascii(body) if kind == "ascii" else _Binary(body, "<" if "little" in kind else ">")
     vertices: NDArray[np.float64] = np.zeros((0, 3))
     colours: NDArray[np.uint8] | None = None
     faces: _Faces | None = None
     for element in elements:
         if element.name == "vertex":
-            vertices, colours = _vertices(reader.table(element))
+            vertices, colours = _read_vertices(reader.table(element))
         elif element.name == "face" and element.size:
-            faces = _faces(reader, element)
+            faces = _read_faces(reader, element)
         else:
             reader.skip(element)
         if len(vertices) and faces is not None:
@@ -189,10 +189,10 @@ def read_ply(content: bytes) -> PolygonFile:
     if faces is None:
         faces = np.zeros(0, np.int64), np.zeros(0, np.int64), None
     counts, corners, guessed = faces
-    return _checked(PolygonFile(vertices, colours, counts, corners, guessed))
+    return _check_corners(PolygonFile(vertices, colours, counts, corners, guessed))
 
 
-def _header(text: str) -> tuple[str, list[_Element]]:
+def _read_header(text: str) -> tuple[str, list[_Element]]:
     """Return the kind of a PLY file and its elements, by its header."""
     kind, elements = "", []
     for line in text.splitlines():
@@ -219,7 +219,7 @@ def _extended(element: _Element, prop: _Property) -> _Element:
     return _Element(element.name, element.size, (*element.properties, prop))
 
 
-def _vertices(
+def _read_vertices(
     table: dict[str, NDArray[Any]],
 ) -> tuple[NDArray[np.float64], NDArray[np.uint8] | None]:
     """Return the places and colours of a table of vertices."""
@@ -244,7 +244,7 @@ def _colours_of(values: NDArray[Any]) -> NDArray[np.uint8] | None:
     return values.astype(np.uint8) if in_range else None
 
 
-def _faces(reader: _Binary | _Ascii, element: _Element) -> _Faces:
+def _read_faces(reader: _Binary | _Ascii, element: _Element) -> _Faces:
     """Read the faces of a PLY file."""
     vertices = next(filter(element.is_list, ("vertex_indices", "vertex_index")), "")
     if not vertices:

@@ -98,7 +98,7 @@ def fit_similarity_robust(
     for _ in range(rounds if len(source) > 3 else 1):
         triple = rng.choice(len(source), 3, replace=False) if len(source) > 3 else np.arange(3)
         try:
-            inliers = _within(
+            inliers = _pairs_within(
                 fit_similarity(source[triple], target[triple]), source, target, tolerance
             )
         except InputError:
@@ -111,14 +111,16 @@ def fit_similarity_robust(
         raise InputError(f"similarity: no three of {len(source)} points agree")
     for _ in range(3):
         fit = fit_similarity(source[best], target[best])
-        inliers = _within(fit, source, target, tolerance)
+        inliers = _pairs_within(fit, source, target, tolerance)
         if inliers.sum() < 3 or (inliers == best).all():
             break
         best = inliers
     return fit, best
 
 
-def _within(fit: Similarity, source: Floats, target: Floats, tolerance: float) -> NDArray[np.bool_]:
+def _pairs_within(
+    fit: Similarity, source: Floats, target: Floats, tolerance: float
+) -> NDArray[np.bool_]:
     """Return (n,) whether the residual of a pair is at most the tolerance."""
     return np.linalg.norm(fit.apply(source) - target, axis=1) <= tolerance
 
@@ -185,7 +187,7 @@ def fit_poses(source: Floats, target: Floats) -> Similarity:
     """
     if len(source) < 2 or len(source) != len(target):
         raise InputError(f"poses: 2 or more cameras in both frames, got {len(source)}")
-    a, b = _centres(source), _centres(target)
+    a, b = _camera_centres(source), _camera_centres(target)
     turns = np.einsum("nki,nkj->nij", target[:, :, :3], source[:, :, :3])
     rotation = mean_rotation(turns)
     for _ in range(3):  # cameras that are far from the mean do not count
@@ -207,6 +209,6 @@ def fit_poses(source: Floats, target: Floats) -> Similarity:
     return Similarity(scale, rotation, b[near].mean(axis=0) - scale * turned[near].mean(axis=0))
 
 
-def _centres(poses: Floats) -> Floats:
+def _camera_centres(poses: Floats) -> Floats:
     """Return (n, 3) the centres of cameras posed by cam_from_world (n, 3, 4)."""
     return -np.einsum("nki,nk->ni", poses[:, :, :3], poses[:, :, 3])

@@ -70,11 +70,11 @@ def halve_edges(mesh: Mesh, longest: float, border: bool = True) -> Mesh:
     split = edge_lengths(mesh.vertices, edges) > longest
     if not border:
         split &= edges.count > 1
-    vertices, middle = _halved(mesh, edges, split)
+    vertices, middle = _halve_edges(mesh, edges, split)
     return Mesh(vertices, split_faces(mesh.faces, middle))
 
 
-def _halved(
+def _halve_edges(
     mesh: Mesh, edges: Edges, split: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the vertices with the middles of the `split` edges, and `split_faces`'s `middle`."""
@@ -98,7 +98,7 @@ def split_long_edges_with_uv(
         split = edge_lengths(mesh.vertices, edges) > longest
         if not split.any():
             return mesh, uv
-        vertices, of_face = _halved(mesh, edges, split)
+        vertices, of_face = _halve_edges(mesh, edges, split)
         # Each corner and each halved edge of each triangle has a texture coordinate of its own.
         rows, k = np.nonzero(of_face >= 0)
         own = np.full(of_face.shape, -1, dtype=np.int64)

@@ -166,7 +166,7 @@ def open_picture(source: Path | bytes) -> Iterator[Image]:
 def _open(source: Path | bytes) -> Image:
     from PIL import Image, UnidentifiedImageError
 
-    head, size = _head(source)
+    head, size = _read_head(source)
     formats = next((f for at, sign, f in _SIGNATURES if head[at:].startswith(sign)), ())
     if not formats:
         raise UnidentifiedImageError
@@ -189,7 +189,7 @@ def _open(source: Path | bytes) -> Image:
             Image.MAX_IMAGE_PIXELS = bound
 
 
-def _head(source: Path | bytes) -> tuple[bytes, int]:
+def _read_head(source: Path | bytes) -> tuple[bytes, int]:
     """Return the first bytes and the size of a picture."""
     if isinstance(source, bytes):
         return source[:12], len(source)

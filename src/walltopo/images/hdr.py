@@ -50,16 +50,16 @@ def to_srgb8(signal: Signal, transfer: Transfer) -> NDArray[np.uint8]:
 
 def _rows_to_srgb8(signal: Signal, transfer: Transfer) -> NDArray[np.float32]:
     steps = signal.astype(np.float32) * ((_STEPS - 1) / np.iinfo(signal.dtype).max)
-    light = _linear(transfer)[(steps + 0.5).astype(np.int32)]
+    light = _transfer_table(transfer)[(steps + 0.5).astype(np.int32)]
     if transfer == "hlg":
         # The display's light depends on the scene's luminance, not on each channel alone.
         luma = np.maximum(light @ _LUMA_2020, 1e-6)
         light *= (luma ** (_HLG_GAMMA - 1))[..., None] * (_HLG_PEAK_NITS / _WHITE_NITS)
-    shown = _compressed(np.maximum(light @ _TO_709.T, 0.0))
-    return _srgb()[(shown * (_STEPS - 1) + 0.5).astype(np.int32)]
+    shown = _compress_highlights(np.maximum(light @ _TO_709.T, 0.0))
+    return _srgb_table()[(shown * (_STEPS - 1) + 0.5).astype(np.int32)]
 
 
-def _compressed(light: Floats) -> Floats:
+def _compress_highlights(light: Floats) -> Floats:
     """Return light in [0, 1]: unchanged up to the knee, highlights above it drawn together."""
     over = np.maximum(light - _KNEE, 0.0)
     room = 1.0 - _KNEE
@@ -67,7 +67,7 @@ def _compressed(light: Floats) -> Floats:
 
 
 @cache
-def _linear(transfer: Transfer) -> Floats:
+def _transfer_table(transfer: Transfer) -> Floats:
     """Return linear light by signal: PQ relative to diffuse white, HLG relative to its peak."""
     signal = np.linspace(0.0, 1.0, _STEPS)
     if transfer == "pq":
@@ -81,7 +81,7 @@ def _linear(transfer: Transfer) -> Floats:
 
 
 @cache
-def _srgb() -> NDArray[np.float32]:
+def _srgb_table() -> NDArray[np.float32]:
     """Return the codes of sRGB by linear light."""
     light = np.linspace(0.0, 1.0, _STEPS)
     curve = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)

@@ -81,7 +81,7 @@ def detect_markers(
     """
     found: list[Detection] = []
     for name in dictionaries:
-        found += _detect(grey, photo, name, _parameters())
+        found += _detect_dictionary(grey, photo, name, _detector_parameters())
     return found
 
 
@@ -98,19 +98,19 @@ def detect_stickers(grey: NDArray[np.uint8], photo: str) -> list[Detection]:
     """
     import cv2
 
-    parameters = _parameters()
+    parameters = _detector_parameters()
     parameters.perspectiveRemovePixelPerCell = 8
     parameters.perspectiveRemoveIgnoredMarginPerCell = 0.3
     parameters.errorCorrectionRate = 0.8
     double = max(grey.shape) <= _SMALL_PHOTO
     if not double:
-        return _detect(grey, photo, STICKERS, parameters)
+        return _detect_dictionary(grey, photo, STICKERS, parameters)
     large = cv2.resize(grey, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    found = _detect(np.asarray(large, np.uint8), photo, STICKERS, parameters)
+    found = _detect_dictionary(np.asarray(large, np.uint8), photo, STICKERS, parameters)
     return [replace(one, corners=one.corners / 2) for one in found]
 
 
-def _parameters() -> Any:
+def _detector_parameters() -> Any:
     """Return OpenCV's parameters, with no refinement of corners."""
     import cv2
 
@@ -119,7 +119,7 @@ def _parameters() -> Any:
     return parameters
 
 
-def _detect(
+def _detect_dictionary(
     grey: NDArray[np.uint8], photo: str, dictionary: str, parameters: Any
 ) -> list[Detection]:
     """Return the markers of one dictionary whose corners could be refined."""
@@ -190,14 +190,14 @@ def _side_line(
     bases = start + shares * (end - start)
     offsets = np.arange(-reach, reach + 1e-9, _STEP)
     profiles = sample(light, bases[:, None, :] + offsets[None, :, None] * outward)
-    crossing = _crossing(profiles, offsets)
+    crossing = _crossing_offsets(profiles, offsets)
     good = np.isfinite(crossing)
     if good.sum() < _SAMPLES // 3:
         return None
     return _fit_line(bases[good] + crossing[good, None] * outward)
 
 
-def _crossing(profiles: Floats, offsets: Floats) -> Floats:
+def _crossing_offsets(profiles: Floats, offsets: Floats) -> Floats:
     """Return (n,) the offset at which each dark-to-light profile crosses the middle level, or
     NaN."""
     # Use averages over the whole side, because noise biases the extremes.
@@ -280,7 +280,7 @@ def _cell_edges(white: NDArray[np.bool_]) -> _CellEdges:
     return _CellEdges(place, np.array(along), np.array(to_light), inner)
 
 
-def _project(corners: Floats, size: int, points: Floats) -> Floats:
+def _project_points(corners: Floats, size: int, points: Floats) -> Floats:
     """Return the pixels (m, 2) of points in cells, by the homography of the four corners."""
     import cv2
 
@@ -326,11 +326,11 @@ def _fit_corners_and_blooming(
 ) -> Floats | None:
     """Return (9,) the shifts of the four corners and the growth of light areas, pixels; None if
     unreliable."""
-    pixels = _project(corners, size, edges.points)
-    tangent = _project(corners, size, edges.points + 1e-2 * edges.along) - pixels
+    pixels = _project_points(corners, size, edges.points)
+    tangent = _project_points(corners, size, edges.points + 1e-2 * edges.along) - pixels
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    lit = _project(corners, size, edges.points + 1e-2 * edges.to_light) - pixels
+    lit = _project_points(corners, size, edges.points + 1e-2 * edges.to_light) - pixels
     normal *= np.sign((lit * normal).sum(axis=1))[:, None]
     offsets = np.arange(-reach, reach + 1e-9, _STEP)
     profiles = sample(light, pixels[:, None] + offsets[None, :, None] * normal[:, None])
@@ -342,7 +342,7 @@ def _fit_corners_and_blooming(
     for k in range(8):
         nudged = corners.copy()
         nudged.flat[k] += 0.5
-        moved = _project(nudged, size, edges.points) - pixels
+        moved = _project_points(nudged, size, edges.points) - pixels
         design[:, k] = (moved * normal).sum(axis=1) / 0.5
     design[:, 8] = -1.0  # light areas grow into dark ones
     return _solve_robust(design[good], crossing[good])

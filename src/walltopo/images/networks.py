@@ -106,7 +106,7 @@ def open_network(path: Path, device: str = "cpu", threads: int = 0) -> Network:
     options.log_severity_level = 3
     if threads:
         options.intra_op_num_threads = threads
-    providers = _providers(device)
+    providers = _execution_providers(device)
     try:
         session = onnxruntime.InferenceSession(str(path), options, providers=providers)
     except Exception as error:  # ONNX Runtime raises its own kinds for broken files
@@ -114,7 +114,7 @@ def open_network(path: Path, device: str = "cpu", threads: int = 0) -> Network:
     return Network(path, session, dict(session.get_modelmeta().custom_metadata_map))
 
 
-def _providers(device: str) -> list[str]:
+def _execution_providers(device: str) -> list[str]:
     """Return the execution providers of a device."""
     import onnxruntime
 

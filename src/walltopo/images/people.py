@@ -62,15 +62,15 @@ def find_people(photo: Image) -> list[Person]:
     photo : (H, W, 3) uint8 RGB.
     """
     height, width = photo.shape[:2]
-    boxes = np.concatenate([_look(photo, (0, 0, width, height), side) for side in _SIDES])
+    boxes = np.concatenate([_find_in_part(photo, (0, 0, width, height), side) for side in _SIDES])
     large = (boxes[:, 2:4] - boxes[:, :2]).max(axis=1, initial=0.0) >= _LARGE * max(width, height)
     certain = boxes[:, 4] >= np.where(large, _MIN_SCORE, _MIN_SCORE_SMALL)
     found = list(boxes[certain])
-    for box in _candidates(boxes[~certain], found):
-        again = _look(photo, _square_around(box, width, height), _SIDE_AGAIN)
+    for box in _boxes_to_check(boxes[~certain], found):
+        again = _find_in_part(photo, _square_around(box, width, height), _SIDE_AGAIN)
         again = again[again[:, 4] >= _MIN_SCORE_AGAIN]
-        found += [row for row in again if _overlap(row, box) > _SAME_AGAIN]
-    boxes = _distinct(np.array(found).reshape(-1, 5))
+        found += [row for row in again if _overlap_of_smaller(row, box) > _SAME_AGAIN]
+    boxes = _distinct_boxes(np.array(found).reshape(-1, 5))
     boxes[:, [0, 2]] = boxes[:, [0, 2]].clip(0, width)
     boxes[:, [1, 3]] = boxes[:, [1, 3]].clip(0, height)
     return [
@@ -113,7 +113,7 @@ def _network() -> Network:
 
 
 @lru_cache(maxsize=8)
-def _grid(height: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _output_grid(height: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the (n, 2) cells of the network's outputs, and the (n, 1) pixels of a cell."""
     cells, strides = [], []
     for stride in _STRIDES:
@@ -123,7 +123,7 @@ def _grid(height: int, width: int) -> tuple[NDArray[np.float32], NDArray[np.floa
     return np.concatenate(cells).astype(np.float32), np.concatenate(strides).astype(np.float32)
 
 
-def _look(photo: Image, part: tuple[int, int, int, int], side: int) -> Floats:
+def _find_in_part(photo: Image, part: tuple[int, int, int, int], side: int) -> Floats:
     """Return (n, 5) boxes x0, y0, x1, y1 and scores of the people that the network may see.
 
     Parameters
@@ -142,7 +142,7 @@ def _look(photo: Image, part: tuple[int, int, int, int], side: int) -> Floats:
     rows = _network().session.run(None, {"images": values})[0][0]
     score = rows[:, 4] * rows[:, 5]  # that an object is there, and that it is a person
     good = score >= _CANDIDATE
-    cells, strides = _grid(*shape)
+    cells, strides = _output_grid(*shape)
     rows, middle = rows[good], (rows[good, :2] + cells[good]) * strides[good]
     half = np.exp(rows[:, 2:4]) * strides[good] / 2
     boxes = np.concatenate([middle - half, middle + half], axis=1) / factor
@@ -150,7 +150,7 @@ def _look(photo: Image, part: tuple[int, int, int, int], side: int) -> Floats:
     return np.concatenate([boxes, score[good, None]], axis=1).astype(np.float64)
 
 
-def _candidates(boxes: Floats, found: Sequence[Floats]) -> list[Floats]:
+def _boxes_to_check(boxes: Floats, found: Sequence[Floats]) -> list[Floats]:
     """Return the boxes that deserve a second look, the highest score first.
 
     Boxes of people found already, and of the same candidate, are left out.
@@ -159,7 +159,7 @@ def _candidates(boxes: Floats, found: Sequence[Floats]) -> list[Floats]:
     for box in boxes[np.argsort(-boxes[:, 4], kind="stable")]:
         if len(chosen) == _MAX_SECOND_LOOKS:
             break
-        if all(_overlap(box, other) <= _SAME for other in (*found, *chosen)):
+        if all(_overlap_of_smaller(box, other) <= _SAME for other in (*found, *chosen)):
             chosen.append(box)
     return chosen
 
@@ -173,22 +173,22 @@ def _square_around(box: Floats, width: int, height: int) -> tuple[int, int, int,
     return x0, y0, x0 + across, y0 + down
 
 
-def _overlap(a: Floats, b: Floats) -> float:
+def _overlap_of_smaller(a: Floats, b: Floats) -> float:
     """Return the common area of two boxes as a share of the smaller one."""
     sides = np.minimum(a[2:4], b[2:4]) - np.maximum(a[:2], b[:2])
     smaller = min(float(np.prod(box[2:4] - box[:2])) for box in (a, b))
     return float(np.prod(np.maximum(sides, 0.0))) / max(smaller, 1e-9)
 
 
-def _distinct(boxes: Floats) -> Floats:
-    """Return the boxes of distinct people, the highest score first; (n, 5) as in `_look`.
+def _distinct_boxes(boxes: Floats) -> Floats:
+    """Return the boxes of distinct people, the highest score first; (n, 5) as in `_find_in_part`.
 
     The box of a person's part is joined to that of the person.
     """
     kept: list[NDArray[np.float64]] = []
     for box in boxes[np.argsort(-boxes[:, 4], kind="stable")]:
         for other in kept:
-            if _overlap(box, other) > _SAME:
+            if _overlap_of_smaller(box, other) > _SAME:
                 other[:2] = np.minimum(box[:2], other[:2])
                 other[2:4] = np.maximum(box[2:4], other[2:4])
                 break
@@ -206,10 +206,10 @@ def _add_outline(photo: Image, person: Person, mask: Bitmap) -> None:
     right, bottom = min(width, int(x1 + pad[0]) + 1), min(height, int(y1 + pad[1]) + 1)
     crop = photo[top:bottom, left:right]
     inside = (round(x0) - left, round(y0) - top, round(x1) - left, round(y1) - top)
-    mask[top:bottom, left:right] |= _outline(crop, inside)
+    mask[top:bottom, left:right] |= _person_pixels(crop, inside)
 
 
-def _outline(crop: Image, box: tuple[int, int, int, int]) -> Bitmap:
+def _person_pixels(crop: Image, box: tuple[int, int, int, int]) -> Bitmap:
     """Return the (h, w) pixels of the person in `box`, which are those of the whole box if colours
     do not separate the person from what is behind."""
     height, width = crop.shape[:2]

@@ -56,9 +56,9 @@ class Forecast:
     def seconds(self, stage: str) -> float:
         """Return the estimated duration of a stage."""
         then, record = photos_of(self.before), self.before.get(stage)
-        typical = _typical(stage, self.photos or 0)
+        typical = _typical_seconds(stage, self.photos or 0)
         if record is not None and record.state == "done" and record.seconds > 0 and then:
-            return record.seconds * typical / _typical(stage, then)
+            return record.seconds * typical / _typical_seconds(stage, then)
         return typical * self._pace()
 
     def seconds_left(self, stage: str, elapsed: float) -> float:
@@ -78,20 +78,20 @@ class Forecast:
         """Return the ratio of actual to typical times: of this run, else of the last one."""
         ran = {name: seconds for name, seconds in self._ended.items() if seconds > 0}
         if ran and self.photos:
-            return _ratio(ran, self.photos)
+            return _pace_ratio(ran, self.photos)
         then = photos_of(self.before)
         kept = {n: r.seconds for n, r in self.before.items() if r.state == "done" and r.seconds > 0}
         if kept and then:
-            return _ratio(kept, then)
+            return _pace_ratio(kept, then)
         return 1.0
 
 
-def _typical(stage: str, photos: int) -> float:
+def _typical_seconds(stage: str, photos: int) -> float:
     """Return the typical duration of a stage for a number of photos, seconds."""
     return stage_named(stage).cost.of(photos)
 
 
-def _ratio(took: Mapping[str, float], photos: int) -> float:
+def _pace_ratio(took: Mapping[str, float], photos: int) -> float:
     """Return the damped ratio of actual to typical times of some stages."""
-    expected = sum(_typical(name, photos) for name in took)
+    expected = sum(_typical_seconds(name, photos) for name in took)
     return (sum(took.values()) + _DAMPING_S) / (expected + _DAMPING_S)

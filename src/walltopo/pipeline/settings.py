@@ -98,12 +98,12 @@ def load_settings(
     values: dict[str, dict[str, Any]] = {}
     if file is not None:
         for key, value in _entries(file):
-            _put(values, key, value, str(file))
+            _store_value(values, key, value, str(file))
             if not programs:
                 _refuse_program(key, value, file)
     for text in overrides:
         key, value = override(text)
-        _put(values, key, value, "--set")
+        _store_value(values, key, value, "--set")
     sections = {}
     for f in dataclasses.fields(Settings):
         default = getattr(Settings(), f.name)
@@ -177,7 +177,7 @@ def _refuse_program(key: str, value: object, file: Path) -> None:
         )
 
 
-def _put(values: dict[str, dict[str, Any]], key: str, value: object, origin: str) -> None:
+def _store_value(values: dict[str, dict[str, Any]], key: str, value: object, origin: str) -> None:
     """Check one value and store it in `values`."""
     section, _, name = key.partition(".")
     known = {f"{s}.{n}": field for s, fields in sections().items() for n, field in fields.items()}

@@ -42,10 +42,10 @@ def compile_line(line: str) -> None:
     ValueError : unsupported signature.
     """
     module, function, signature = line.split(" ", 2)
-    getattr(importlib.import_module(module), function).compile(_types(signature))
+    getattr(importlib.import_module(module), function).compile(_signature_types(signature))
 
 
-def _types(signature: str) -> Any:
+def _signature_types(signature: str) -> Any:
     """Return numba's types of a signature in numba's notation."""
     from numba import types
 

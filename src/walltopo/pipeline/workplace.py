@@ -36,8 +36,8 @@ def locked(folder: ScanFolder) -> Iterator[None]:
     EnvironmentLacksError : the folder cannot be written.
     BusyError : another run holds the lock.
     """
-    _prepare(folder)
-    with _lock(folder):
+    _create_scan_folder(folder)
+    with _hold_lock(folder):
         _remove_partial(folder)
         yield
 
@@ -62,7 +62,7 @@ def set_aside(folder: ScanFolder, path: Path) -> Path:
     return free
 
 
-def _prepare(folder: ScanFolder) -> None:
+def _create_scan_folder(folder: ScanFolder) -> None:
     """Create the scan folder; raise if it cannot be used."""
     root = folder.root
     if root.exists() and not root.is_dir():
@@ -98,7 +98,7 @@ def _remove_partial(folder: ScanFolder) -> None:
 
 
 @contextmanager
-def _lock(folder: ScanFolder) -> Iterator[None]:
+def _hold_lock(folder: ScanFolder) -> Iterator[None]:
     """Hold the lock of the folder; the system releases it when the process exits."""
     if is_special(folder.root / _LOCK):
         raise InputError(f"{folder.root / _LOCK}: is a device, a pipe or a socket; delete it")

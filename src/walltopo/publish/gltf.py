@@ -37,7 +37,9 @@ class Packing:
     normals: bool = True
 
 
-def _quantised(positions: NDArray[np.float32]) -> tuple[NDArray[np.uint16], dict[str, Any]]:
+def _quantise_positions(
+    positions: NDArray[np.float32],
+) -> tuple[NDArray[np.uint16], dict[str, Any]]:
     """Return positions on a grid of 65,535 steps over the longest side, and the inverse node."""
     low = positions.min(axis=0).astype(np.float64)
     step = float(max((positions.max(axis=0) - low).max(), 1e-6)) / 65535.0
@@ -45,12 +47,12 @@ def _quantised(positions: NDArray[np.float32]) -> tuple[NDArray[np.uint16], dict
     return grid, {"translation": low.tolist(), "scale": [step] * 3}
 
 
-def _attributes(writer: GlbWriter, surface: Surface, packing: Packing) -> tuple[Any, Any]:
+def _primitive_attributes(writer: GlbWriter, surface: Surface, packing: Packing) -> tuple[Any, Any]:
     """Return the primitive's attributes and the mesh node's transform."""
     node: dict[str, Any] = {}
     attributes: dict[str, int] = {}
     if packing.quantised:
-        grid, node = _quantised(surface.positions)
+        grid, node = _quantise_positions(surface.positions)
         attributes["POSITION"] = writer.attribute(grid, bounds=True)
         writer.use("KHR_mesh_quantization", required=True)
     else:
@@ -64,7 +66,7 @@ def _attributes(writer: GlbWriter, surface: Surface, packing: Packing) -> tuple[
         else:
             attributes["TEXCOORD_0"] = writer.attribute(surface.uv)
     if surface.colours is not None:
-        attributes["COLOR_0"] = writer.attribute(_linear(surface.colours), normalized=True)
+        attributes["COLOR_0"] = writer.attribute(_linear_colours(surface.colours), normalized=True)
     attributes["_FEATURE_ID_0"] = writer.attribute(_ids(surface.feature))
     if surface.guessed is not None:
         attributes["_FEATURE_ID_1"] = writer.attribute(surface.guessed)
@@ -77,7 +79,7 @@ def _ids(feature: NDArray[np.int32]) -> NDArray[Any]:
     return feature.astype(np.float32) if wide else feature.astype(np.uint16)
 
 
-def _linear(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
+def _linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.uint16]:
     """Return sRGB bytes as linear 16-bit values, because glTF's vertex colours are linear."""
     return np.rint(linear_from_srgb8(colours) * 65535.0).astype(np.uint16)
 
@@ -87,7 +89,9 @@ def _feature_ids(attribute: int, label: str, count: int, table: int) -> dict[str
     return {"featureCount": count, "attribute": attribute, "propertyTable": table, "label": label}
 
 
-def _material(writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None) -> Any:
+def _material_entries(
+    writer: GlbWriter, surface: Surface, picture: tuple[bytes, str] | None
+) -> Any:
     """Return material, texture and image entries; unlit, because photos include the light."""
     pbr: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 1.0}
     material: dict[str, Any] = {"name": "wall", "pbrMetallicRoughness": pbr}
@@ -157,7 +161,7 @@ def write_glb(
     """
     packing = packing or Packing()
     writer = GlbWriter(compress=packing.compressed)
-    attributes, transform = _attributes(writer, surface, packing)
+    attributes, transform = _primitive_attributes(writer, surface, packing)
     indices = writer.indices(surface.triangles, len(surface.positions))
     max_id = int(surface.feature.max(initial=0))
     tables: list[dict[str, Any]] = []
@@ -188,6 +192,6 @@ def write_glb(
         ],
         "meshes": [{"name": "wall", "primitives": [_primitive(attributes, indices, features)]}],
         **({"extensions": metadata} if tables else {}),
-        **_material(writer, surface, picture if surface.uv is not None else None),
+        **_material_entries(writer, surface, picture if surface.uv is not None else None),
     }
     return writer.finish(document)

@@ -45,7 +45,7 @@ def surface_labels(mesh: Mesh, patches: Labels, labels: Labels) -> SurfaceLabels
         changed=tuple(
             LabelledPlaces(int(label), coded(changed[now == label])) for label in np.unique(now)
         ),
-        unchanged=coded(_around(mesh, changed)),
+        unchanged=coded(_faces_around(mesh, changed)),
         origin=(x, y, z),
         step=step,
         edge=edge,
@@ -64,7 +64,7 @@ def _labels_of_patches(patches: Labels, labels: Labels) -> Labels:
     return shown_as
 
 
-def _around(mesh: Mesh, rows: Ints) -> Ints:
+def _faces_around(mesh: Mesh, rows: Ints) -> Ints:
     """Return the triangles that share a vertex with the given ones, without these."""
     beside = faces_touching(mesh, rows)
     beside[rows] = False

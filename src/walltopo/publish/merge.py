@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 MAX_TEXTURE = 16384
 
 
-def _covered(old: WallModel, new: WallModel, near: float) -> NDArray[np.bool_]:
+def _covered_faces(old: WallModel, new: WallModel, near: float) -> NDArray[np.bool_]:
     """Return which old faces the new surface replaces: a new face with a similar normal is near.
 
     A removed hold protrudes from the new wall. It is replaced if the wall behind or under it was
@@ -87,7 +87,7 @@ def join_textures(walls: Sequence[WallModel], path: Path) -> list[WallModel]:
     return moved
 
 
-def _renumbered(wall: WallModel, holds: int, routes: int) -> tuple[list[Hold], list[Route]]:
+def _renumber_rows(wall: WallModel, holds: int, routes: int) -> tuple[list[Hold], list[Route]]:
     """Return rows with ids shifted, so that no two sections share one."""
     shifted_holds = [
         msgspec.structs.replace(
@@ -132,7 +132,7 @@ def merge_walls(walls: Sequence[WallModel], near: float = 0.03, title: str = "Gy
     for number, wall in enumerate(walls):
         keep = np.ones(len(wall.mesh.faces), dtype=bool)
         for newer in walls[number + 1 :]:
-            keep &= ~_whole_holds(wall, _covered(wall, newer, near))
+            keep &= ~_whole_holds(wall, _covered_faces(wall, newer, near))
         if keep.any():
             shown = set(np.unique(wall.face_instance[keep]).tolist()) - {0}
             kept.append(keep_faces(wall, keep, shown))
@@ -145,7 +145,7 @@ def _joined(walls: Sequence[WallModel], title: str) -> WallModel:
     for wall in walls:
         ids = wall.face_instance
         labels.append(np.where(ids > 0, ids + first_hold, 0).astype(np.int32))
-        new_holds, new_routes = _renumbered(wall, first_hold, first_route)
+        new_holds, new_routes = _renumber_rows(wall, first_hold, first_route)
         holds += new_holds
         routes += new_routes
         first_hold = max([first_hold, *(hold.id for hold in new_holds)])

@@ -136,7 +136,7 @@ def _kept(folder: Path, key: str) -> PageTiers | None:
 def _make(
     wall: WallModel, settings: ExportSettings, folder: Path, key: str, advance: Callable[[], None]
 ) -> None:
-    builder = _builder(wall, settings)
+    builder = _tier_builder(wall, settings)
     triangles = {}
     for name in NAMES:
         triangles[name] = len(builder.textured_surface(name).surface.triangles)
@@ -170,7 +170,7 @@ def _write_ar_files(folder: Path, look: TexturedSurface, settings: ExportSetting
     glb.write_bytes(write_glb(surface, [], [], picture=picture))
 
 
-def _builder(wall: WallModel, settings: ExportSettings) -> TierBuilder:
+def _tier_builder(wall: WallModel, settings: ExportSettings) -> TierBuilder:
     """Return the builder of the tiers: names and edits do not influence the geometry."""
     patches = wall.face_instance if wall.patches is None else wall.patches
     return TierBuilder(replace(wall, face_instance=patches, holds=[], routes=[]), settings)
@@ -187,7 +187,7 @@ def read_shown_wall(scan: ScanFolder) -> WallModel:
     stored = Manifest.load(scan.manifest).settings.get("export", {})
     settings = msgspec.convert(stored, ExportSettings)
     kept = _kept(scan.work / TIERS, _made_from(wall, settings))
-    return part_shown(wall, _builder(wall, settings).shown if kept is None else kept.shown())
+    return part_shown(wall, _tier_builder(wall, settings).shown if kept is None else kept.shown())
 
 
 def _made_from(wall: WallModel, settings: ExportSettings) -> str:

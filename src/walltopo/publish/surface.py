@@ -141,7 +141,7 @@ def mixed_triangles(surface: Surface) -> int:
     return int(np.count_nonzero((ids != ids[:, :1]).any(axis=1)))
 
 
-def _attributes(surface: Surface) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def _simplification_attributes(surface: Surface) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the attributes that simplification preserves, and the weight of each column."""
     if surface.uv is not None:
         return surface.uv, np.full(2, UV_WEIGHT, np.float32)
@@ -162,13 +162,13 @@ def simplify(surface: Surface, triangles: int) -> Surface:
     if not available():
         return surface
     if triangles <= 0 or len(surface.triangles) <= triangles:
-        return _reordered(surface, surface.triangles)
-    values, weights = _attributes(surface)
+        return _reorder_surface(surface, surface.triangles)
+    values, weights = _simplification_attributes(surface)
     kept = simplify_indices(surface.triangles, surface.positions, values, weights, triangles)
-    return _reordered(surface, kept)
+    return _reorder_surface(surface, kept)
 
 
-def _reordered(surface: Surface, triangles: NDArray[np.uint32]) -> Surface:
+def _reorder_surface(surface: Surface, triangles: NDArray[np.uint32]) -> Surface:
     """Drop unused vertices; order vertices and triangles for the GPU's caches and the codec."""
     import meshoptimizer
 

@@ -100,7 +100,7 @@ class _Regions:
         self._wall, self._hand = wall, hand
         self._areas = wall.mesh.areas
         self._beside = face_neighbours(wall.mesh.faces)
-        normals = _smoothed(wall.mesh.normals, self._areas, self._beside)
+        normals = _smooth_normals(wall.mesh.normals, self._areas, self._beside)
         bend = np.zeros(len(normals))
         for other in self._beside.T:
             turn = 1.0 - (normals * normals[other]).sum(axis=1)
@@ -198,7 +198,7 @@ class _Regions:
         return np.asarray(~inside & (rim <= OPEN * (around + rim))[patch])
 
 
-def _smoothed(normals: Floats, areas: Floats, beside: NDArray[np.int32]) -> Floats:
+def _smooth_normals(normals: Floats, areas: Floats, beside: NDArray[np.int32]) -> Floats:
     """Return the (c, 3) normals, each the mean with those of the neighbours."""
     for _ in range(SMOOTHINGS):
         weighted = normals * areas[:, None]

@@ -98,7 +98,7 @@ SCHEMA: dict[str, Any] = {
 }
 
 
-def _value(entry: dict[str, Any], value: Any) -> Any:
+def _cell_value(entry: dict[str, Any], value: Any) -> Any:
     """Return a cell by its schema; an empty one is "", [], zeros or the `noData` value."""
     if entry["type"] == "STRING":
         return "" if value is None else str(value)
@@ -111,7 +111,7 @@ def _value(entry: dict[str, Any], value: Any) -> Any:
 
 def _columns(schema: dict[str, Any], rows: Sequence[dict[str, Any]]) -> list[Column]:
     return [
-        Column(name, entry, [_value(entry, row.get(name)) for row in rows])
+        Column(name, entry, [_cell_value(entry, row.get(name)) for row in rows])
         for name, entry in schema.items()
     ]
 

@@ -97,7 +97,7 @@ def write_single_page(path: Path, title: str, first: bytes, detail: bytes) -> No
         detail=_data_url(detail),
         viewer="",
         moves=False,
-        code=_inlined(viewer_script().read_text(encoding="utf-8")),
+        code=_escape_script(viewer_script().read_text(encoding="utf-8")),
     )
     path.write_text(text, encoding="utf-8")
 
@@ -106,7 +106,7 @@ def _data_url(data: bytes) -> str:
     return "data:model/gltf-binary;base64," + base64.b64encode(data).decode("ascii")
 
 
-def _inlined(script: str) -> str:
+def _escape_script(script: str) -> str:
     """Return a script escaped for the inside of a `<script>` element.
 
     The escapes are equivalent in strings and regular expressions, where such text occurs.

@@ -36,7 +36,7 @@ def read_coco(path: Path) -> Detections:
     InputError : the file is missing or not COCO, or a record is invalid (it is named).
     """
     path = Path(path)
-    data = _read(path)
+    data = _read_json(path)
     if not isinstance(data, dict) or not isinstance(data.get("images"), list):
         raise InputError(f"{path}: not a COCO file: it has no list of images", _REMEDY)
     with prefix_errors(path):
@@ -50,7 +50,7 @@ def read_coco_masks(path: Path) -> tuple[dict[str, Any], dict[int, str]]:
     return dict(found.masks), dict(found.classes)
 
 
-def _read(path: Path) -> Any:
+def _read_json(path: Path) -> Any:
     """Return the JSON of a file; raise InputError if it is none."""
     content = read_utf8(path)
     try:
@@ -67,7 +67,7 @@ def _read(path: Path) -> Any:
 def _plain_lists(data: Row) -> Row:
     """Return the lists of a COCO file with the types of `CocoFile`."""
     images, annotations, categories = (
-        [dict(row) if isinstance(row, dict) else row for row in _list(data, name)]
+        [dict(row) if isinstance(row, dict) else row for row in _list_of(data, name)]
         for name in ("images", "annotations", "categories")
     )
     numbers: dict[str, int] = {}  # of ids that are words
@@ -92,11 +92,11 @@ def _plain_lists(data: Row) -> Row:
     for row in filter(_is_row, annotations):
         _change(row, _whole_number, "id")
         _change(row, number, "image_id", "category_id")
-        _change(row, _outlines, "segmentation")
+        _change(row, _outline_list, "segmentation")
         if row.get("score", 0) is None:
             del row["score"]
         row.setdefault("segmentation", [])
-    _shift(categories, annotations)
+    _shift_category_ids(categories, annotations)
     info = data.get("info")
     return {
         "images": images,
@@ -106,7 +106,7 @@ def _plain_lists(data: Row) -> Row:
     }
 
 
-def _list(data: Row, name: str) -> list[Any]:
+def _list_of(data: Row, name: str) -> list[Any]:
     """Return a list of a COCO file; null and a missing list are empty."""
     rows = data.get(name)
     if isinstance(rows, list) or rows is None:
@@ -129,7 +129,7 @@ def _whole_number(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def _outlines(value: Any) -> Any:
+def _outline_list(value: Any) -> Any:
     """Return a flat list of coordinates as one outline, null as none."""
     if value is None:
         return []
@@ -137,7 +137,7 @@ def _outlines(value: Any) -> Any:
     return [value] if flat else value
 
 
-def _shift(categories: list[Any], annotations: list[Any]) -> None:
+def _shift_category_ids(categories: list[Any], annotations: list[Any]) -> None:
     """Add one to all category ids if an annotation has one below 1."""
     used = [row.get("category_id") for row in annotations if _is_row(row)]
     lowest = min((value for value in used if isinstance(value, int)), default=1)

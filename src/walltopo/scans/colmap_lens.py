@@ -37,7 +37,7 @@ def camera_of(camera: pycolmap.Camera) -> Camera:
         return Camera(name, *size, tuple(float(p) for p in camera.params))
     if len(camera.focal_length_idxs()) and len(camera.principal_point_idxs()) == 2:
         with np.errstate(all="ignore"):
-            fits = [fit for model in _FITTED if (fit := _fit(camera, model)) is not None]
+            fits = [fit for model in _FITTED if (fit := _fit_lens(camera, model)) is not None]
         if fits:
             error, best = min(fits, key=lambda fit: fit[0])
             if error <= _MAX_ERROR_PX * max(size) / 1000:
@@ -49,7 +49,7 @@ def camera_of(camera: pycolmap.Camera) -> Camera:
     )
 
 
-def _fit(camera: pycolmap.Camera, model: str) -> tuple[float, Camera] | None:
+def _fit_lens(camera: pycolmap.Camera, model: str) -> tuple[float, Camera] | None:
     """Return the largest error (pixels) and the camera of a model that fits a lens best."""
     width, height = int(camera.width), int(camera.height)
     columns, rows = np.meshgrid(np.linspace(0, width, _GRID), np.linspace(0, height, _GRID))
@@ -62,7 +62,7 @@ def _fit(camera: pycolmap.Camera, model: str) -> tuple[float, Camera] | None:
     if min(fx, fy) <= 0:
         return None
     wanted = (pixels - [cx, cy]) / [fx, fy]
-    terms = _terms(rays, model)  # the first one is the scale of both focal lengths
+    terms = _lens_terms(rays, model)  # the first one is the scale of both focal lengths
     found, *_ = np.linalg.lstsq(np.concatenate(terms), wanted.T.ravel(), rcond=None)
     if not found[0] > 0:
         return None
@@ -73,7 +73,7 @@ def _fit(camera: pycolmap.Camera, model: str) -> tuple[float, Camera] | None:
     return float(np.linalg.norm(there - pixels, axis=1).max()), fitted
 
 
-def _terms(rays: Floats, model: str) -> tuple[Floats, Floats]:
+def _lens_terms(rays: Floats, model: str) -> tuple[Floats, Floats]:
     """Return the terms (n, k) of a model's x and y, of which the lens parameters are the factors.
 
     The first column is the factor of the focal length; the others are in the model's order.

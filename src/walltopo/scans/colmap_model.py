@@ -72,7 +72,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
     check_model_files(path)
     _check_text_names(path)
     try:
-        with _readable(path) as folder:
+        with _readable_folder(path) as folder:
             model = pycolmap.Reconstruction(folder)
         with prefix_errors(path):
             _check_images(model)
@@ -82,7 +82,7 @@ def open_model(path: Path) -> pycolmap.Reconstruction:
 
 
 @contextmanager
-def _readable(folder: Path) -> Iterator[Path]:
+def _readable_folder(folder: Path) -> Iterator[Path]:
     """Yield a folder of the model whose text COLMAP's own reader takes: UTF-8 without a mark."""
     texts = [path for path in sorted(folder.glob("*.txt")) if path.stem in _TEXTS]
     contents = {path.name: read_utf8(path) for path in texts}

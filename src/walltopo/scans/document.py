@@ -129,14 +129,14 @@ def read_arrays(path: Path, *names: str) -> list[NDArray[Any]]:
     try:
         # `np.load` would accept a pickle or a single array as well.
         with zipfile.ZipFile(path) as archive:
-            return [_array(archive, name, path) for name in names]
+            return [_read_array(archive, name, path) for name in names]
     except KeyError as error:
         raise InputError(f"{path}: lacks an array ({error})") from error
     except _DAMAGED as error:
         raise InputError(f"{path}: not a readable .npz file ({error})") from error
 
 
-def _array(archive: zipfile.ZipFile, name: str, path: Path) -> NDArray[Any]:
+def _read_array(archive: zipfile.ZipFile, name: str, path: Path) -> NDArray[Any]:
     """Return one array, after checking its declared size against the archive."""
     entry = archive.getinfo(f"{name}.npy")
     if entry.file_size > MAX_BYTES:

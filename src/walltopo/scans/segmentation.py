@@ -68,9 +68,9 @@ def decode_segmentation(
     if isinstance(segmentation, Rle):
         height, width = segmentation.size
         check_picture_size(width, height)
-        ones = _ones(_counts(segmentation.counts), width * height)
+        ones = _runs_of_ones(_run_lengths(segmentation.counts), width * height)
     else:
-        ones = _drawn(check_outlines(segmentation, width, height), width, height)
+        ones = _draw_outlines(check_outlines(segmentation, width, height), width, height)
     return _mask_of_runs(ones, width, height, label, score)
 
 
@@ -101,7 +101,7 @@ def check_outlines(outlines: Sequence[Outline], width: int, height: int) -> list
     return kept
 
 
-def _counts(counts: str | tuple[int, ...]) -> Ints:
+def _run_lengths(counts: str | tuple[int, ...]) -> Ints:
     """Return the (n,) run lengths."""
     if not isinstance(counts, str):
         return np.asarray(counts, dtype=np.int64)
@@ -129,7 +129,7 @@ def _counts(counts: str | tuple[int, ...]) -> Ints:
     return numbers
 
 
-def _ones(counts: Ints, pixels: int) -> Ints:
+def _runs_of_ones(counts: Ints, pixels: int) -> Ints:
     """Return (n, 2) first pixel of each run of ones and the one after its last."""
     ends = np.cumsum(counts)
     # With all counts within the picture, their sums cannot overflow to a wrong end.
@@ -141,7 +141,7 @@ def _ones(counts: Ints, pixels: int) -> Ints:
     return ends[ends[:, 1] > ends[:, 0]]
 
 
-def _drawn(outlines: Sequence[Outline], width: int, height: int) -> Ints:
+def _draw_outlines(outlines: Sequence[Outline], width: int, height: int) -> Ints:
     """Return the runs of the union of all outlines, drawn by COCO's rule."""
     if not outlines:
         return np.zeros((0, 2), dtype=np.int64)
@@ -149,7 +149,10 @@ def _drawn(outlines: Sequence[Outline], width: int, height: int) -> Ints:
 
     parts = rle.frPyObjects([list(outline) for outline in outlines], height, width)
     runs = np.concatenate(
-        [_ones(_counts(part["counts"].decode("ascii")), width * height) for part in parts]
+        [
+            _runs_of_ones(_run_lengths(part["counts"].decode("ascii")), width * height)
+            for part in parts
+        ]
     )
     if len(outlines) == 1 or not len(runs):
         return runs

@@ -66,7 +66,7 @@ def explain_frames(mesh: Mesh, views: Sequence[View], seed: int) -> str:
     one of the usual units and axes does so. Triangles of many meshes are inside out, so either side
     counts.
     """
-    chosen = _overlapping(views)
+    chosen = _overlapping_views(views)
     if not chosen:
         return ""
     origins, directions = mask_rays(chosen, seed, _MAX_RAYS)
@@ -75,7 +75,7 @@ def explain_frames(mesh: Mesh, views: Sequence[View], seed: int) -> str:
     rays = _Rays(mesh, origins, directions, limit or np.inf)
     front, back = rays.shares(MeshChange())
     if max(front, back) < _CONTRADICTS:
-        best = max(_changes(), key=lambda change: max(rays.shares(change)))
+        best = max(_changes_to_try(), key=lambda change: max(rays.shares(change)))
         fits = max(rays.shares(best))
         if fits < _FITS:
             return ""
@@ -91,7 +91,7 @@ def explain_frames(mesh: Mesh, views: Sequence[View], seed: int) -> str:
     return ""
 
 
-def _overlapping(views: Sequence[View]) -> list[View]:
+def _overlapping_views(views: Sequence[View]) -> list[View]:
     """Return consecutive views with about `_MAX_RAYS` masks, from the middle; they overlap."""
     masked = [view for view in views if any(mask.area for mask in view.masks)]
     chosen: list[View] = []
@@ -106,7 +106,7 @@ def _percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def _changes() -> Iterator[MeshChange]:
+def _changes_to_try() -> Iterator[MeshChange]:
     """Yield the changes to try, simple ones first."""
     both = [(unit, turn) for unit in _UNITS for turn in _TURNS]
     both.sort(key=lambda pair: (pair[0] != 1) + (pair[1] != (0, 0)))

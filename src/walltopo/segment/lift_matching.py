@@ -85,10 +85,13 @@ def _cameras_of(cameras: Sequence[str], photos: Sequence[str]) -> dict[str, str]
     """Return the camera of each photo that has one."""
     by_stem: dict[str, list[str]] = defaultdict(list)
     for camera in cameras:
-        by_stem[_stem(_parts(camera)[-1])].append(camera)
+        by_stem[_name_stem(_name_parts(camera)[-1])].append(camera)
     claims: dict[str, list[tuple[tuple[int, int], str]]] = defaultdict(list)
     for photo in photos:
-        scored = [(_score(photo, camera), camera) for camera in by_stem[_stem(_parts(photo)[-1])]]
+        scored = [
+            (_match_score(photo, camera), camera)
+            for camera in by_stem[_name_stem(_name_parts(photo)[-1])]
+        ]
         if not scored:
             continue
         best = max(score for score, _ in scored)
@@ -113,21 +116,21 @@ def _ambiguous_error(what: str, kind: str, names: Sequence[str]) -> InputError:
     )
 
 
-def _parts(name: str) -> tuple[str, ...]:
+def _name_parts(name: str) -> tuple[str, ...]:
     """Return the parts of a name, in NFC, with either kind of slash."""
     return PurePosixPath(unicodedata.normalize("NFC", name).replace("\\", "/")).parts or ("",)
 
 
-def _stem(last: str) -> str:
+def _name_stem(last: str) -> str:
     """Return the last part of a name without its suffixes of pictures."""
     path = PurePosixPath(last)
     inner = PurePosixPath(path.stem)
     return inner.stem if inner.suffix.lower() in _PICTURES else path.stem
 
 
-def _score(photo: str, camera: str) -> tuple[int, int]:
+def _match_score(photo: str, camera: str) -> tuple[int, int]:
     """Return the number of equal parts from the end, and how equal the last parts are."""
-    a, b = _parts(photo), _parts(camera)
+    a, b = _name_parts(photo), _name_parts(camera)
     equal = 1
     for left, right in zip(reversed(a[:-1]), reversed(b[:-1]), strict=False):
         if left != right:

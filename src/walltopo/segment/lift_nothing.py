@@ -29,7 +29,7 @@ def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> In
     except InputError:
         frames = explain_frames(mesh, views, params.seed)
         return InputError(
-            f"0 instances: no ray through a mask meets the mesh; {_extents(mesh, views)}",
+            f"0 instances: no ray through a mask meets the mesh; {_compare_extents(mesh, views)}",
             frames and f"Of the usual units and axes one fits: {frames}.",
         )
     frames = explain_frames(mesh, views, params.seed)
@@ -41,10 +41,10 @@ def explain_nothing(mesh: Mesh, views: Sequence[View], params: LiftParams) -> In
             f"If the unit of the mesh is not the metre, use --normalised. {frames}".strip(),
         )
     cause = frames or "the masks of different photos agree on no object"
-    return InputError(f"0 instances: {cause}; {_extents(mesh, views)}")
+    return InputError(f"0 instances: {cause}; {_compare_extents(mesh, views)}")
 
 
-def _extents(mesh: Mesh, views: Sequence[View]) -> str:
+def _compare_extents(mesh: Mesh, views: Sequence[View]) -> str:
     """Return the extents of mesh and cameras in words, with their ratio."""
     sizes = [
         float(np.linalg.norm(np.ptp(points, axis=0)))

@@ -13,7 +13,7 @@ from walltopo.describe.classify.palette import REFERENCE, Entry
 from walltopo.describe.classify.two_colours import (
     CHANNELS,
     SIDE,
-    _ordered,
+    _colours_by_area,
     frame_view,
     from_square,
     probability,
@@ -99,7 +99,7 @@ def test_the_parts_of_all_views_are_the_same_parts() -> None:
     """A view may call either part the first; the larger one comes first in the end."""
     red, white = linear(RED)[0], linear(WHITE)[0]
     views = [(red, white, 0.3, 1.0), (white, red, 0.7, 1.0), (red * 0.8, white * 0.8, 0.4, 2.0)]
-    found = _ordered(views)
+    found = _colours_by_area(views)
     np.testing.assert_allclose(found.first[0], white)
     np.testing.assert_allclose(found.first[1], white)
     np.testing.assert_allclose(found.second[1], red)

@@ -16,7 +16,11 @@ from walltopo.geometry.mesh_check import check_mesh
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.reconstruct.dense.depth_maps import DepthMap, keep_confirmed, merge_pair_depths
 from walltopo.reconstruct.dense.marching_cubes import extract
-from walltopo.reconstruct.dense.neighbours import _cover, _shared_points, choose_neighbours
+from walltopo.reconstruct.dense.neighbours import (
+    _choose_covering_rows,
+    _shared_points,
+    choose_neighbours,
+)
 from walltopo.reconstruct.dense.rectify import opencv_matrix, rectify
 from walltopo.reconstruct.dense.scene import Scene, median_pixel_size, preview_mesh
 from walltopo.reconstruct.dense.sgm import depth_maps, sgm_mesh
@@ -375,9 +379,9 @@ def test_a_pair_has_no_say_where_its_partner_does_not_look() -> None:
 def test_a_partner_is_chosen_for_what_the_others_leave() -> None:
     # The third row sees only two points, but no other row sees them; the second repeats the first.
     worth = np.array([[1, 1, 1, 1, 0, 0], [0.9, 0.9, 0.9, 0.9, 0, 0], [0, 0, 0, 0, 1, 1]], float)
-    assert _cover(worth, np.eye(3), 2) == [0, 2]
-    assert _cover(worth, np.eye(3), 5) == [0, 2, 1]
-    assert _cover(np.zeros((3, 6)), np.eye(3), 2) == []
+    assert _choose_covering_rows(worth, np.eye(3), 2) == [0, 2]
+    assert _choose_covering_rows(worth, np.eye(3), 5) == [0, 2, 1]
+    assert _choose_covering_rows(np.zeros((3, 6)), np.eye(3), 2) == []
 
 
 def test_depths_of_one_pair_need_another_photo_and_those_of_two_need_no_contradiction() -> None:

@@ -60,21 +60,23 @@ def attempt_of(
     """
     observations = observe(frames, holds)
     contacts = find_contacts(frames, holds, observations)
-    fall = _fall(frames, observations)
+    fall = _fall_begin(frames, observations)
     if route is None:
-        route = _best_route(_on_routes(_climbed(contacts, None, fall), routes), routes)
+        route = _best_route(_on_routes(_contacts_of_climb(contacts, None, fall), routes), routes)
     chosen = next((one for one in routes if one.id == route), None)
     if chosen is None:
         start = _off_the_ground(contacts)
-        return Attempt(_climbed(contacts, start, fall), None, 0.0, start, None, fall)
-    start = _together(contacts, chosen.start, 0.0)
+        return Attempt(_contacts_of_climb(contacts, start, fall), None, 0.0, start, None, fall)
+    start = _both_hands_time(contacts, chosen.start, 0.0)
     if start is None:
         start = _off_the_ground(contacts)
-    climbed = _climbed(contacts, start, fall)
+    climbed = _contacts_of_climb(contacts, start, fall)
     used = _on_routes(climbed, routes)
     foreign = sum(one.hold not in chosen.holds for one in used) / max(len(used), 1)
     sure = [one for one in climbed if one.confidence >= _SURE]
-    return Attempt(climbed, chosen.id, foreign, start, _together(sure, chosen.top, _TOP_S), fall)
+    return Attempt(
+        climbed, chosen.id, foreign, start, _both_hands_time(sure, chosen.top, _TOP_S), fall
+    )
 
 
 def _on_routes(contacts: Iterable[Contact], routes: Iterable[Route]) -> list[Contact]:
@@ -98,7 +100,7 @@ def _off_the_ground(contacts: Iterable[Contact]) -> float | None:
     return min(times, default=None)
 
 
-def _climbed(
+def _contacts_of_climb(
     contacts: Iterable[Contact], start: float | None, fall: float | None
 ) -> tuple[Contact, ...]:
     """Return the contacts of the climb: hands that hang beside a hold on the ground are none."""
@@ -112,14 +114,16 @@ def _best_route(contacts: Sequence[Contact], routes: Iterable[Route]) -> int | N
     Hands that hold a route's start together count as two contacts more.
     """
     counts = {one.id: sum(contact.hold in one.holds for contact in contacts) for one in routes}
-    begun = {one.id: 2 * (_together(contacts, one.start, 0.0) is not None) for one in routes}
+    begun = {one.id: 2 * (_both_hands_time(contacts, one.start, 0.0) is not None) for one in routes}
     best = max(sorted(counts), key=lambda key: counts[key] + begun[key], default=None)
     if best is None or counts[best] + begun[best] < _FEW:
         return None
     return best if 2 * counts[best] > len(contacts) else None
 
 
-def _together(contacts: Iterable[Contact], holds: Collection[int], seconds: float) -> float | None:
+def _both_hands_time(
+    contacts: Iterable[Contact], holds: Collection[int], seconds: float
+) -> float | None:
     """Return the first time from which both hands are on some of these holds for `seconds`."""
     hands: list[list[Contact]] = [[], []]
     for one in contacts:
@@ -134,10 +138,10 @@ def _together(contacts: Iterable[Contact], holds: Collection[int], seconds: floa
     return min(times, default=None)
 
 
-def _fall(frames: Frames, observations: Observations) -> float | None:
+def _fall_begin(frames: Frames, observations: Observations) -> float | None:
     """Return the begin of the first fast drop of the hips."""
     down = frames.hips[:, 1] * observations.metres_per_px
-    speed = _median(np.gradient(down, frames.times))
+    speed = _running_median(np.gradient(down, frames.times))
     fast = speed > _FALL_SPEED
     for begin, end in runs_of(fast):
         last = min(end, len(fast) - 1)
@@ -146,7 +150,7 @@ def _fall(frames: Frames, observations: Observations) -> float | None:
     return None
 
 
-def _median(values: Floats) -> Floats:
+def _running_median(values: Floats) -> Floats:
     """Return the running median of three."""
     padded = np.pad(values, 1, mode="edge")
     return np.median(np.stack([padded[:-2], padded[1:-1], padded[2:]]), axis=0)

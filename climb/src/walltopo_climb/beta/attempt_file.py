@@ -28,7 +28,7 @@ def attempt_file(reading: ClipReading, wall: ScannedWall, clip: str) -> AttemptF
     clip : file name of the clip.
     """
     attempt, times = reading.attempt, reading.frames.times
-    moves = tuple(_moves(reading, wall))
+    moves = tuple(_list_moves(reading, wall))
     by_id = {hold.id: hold for hold in wall.holds}
     held = [by_id[c.hold] for c in attempt.contacts if c.limb < 2 and c.hold in by_id]
     return AttemptFile(
@@ -43,7 +43,7 @@ def attempt_file(reading: ClipReading, wall: ScannedWall, clip: str) -> AttemptF
         fall=attempt.fall,
         highest=max(held, key=lambda hold: hold.position[2]).id if held else 0,
         moves=moves,
-        rests=tuple(_rests(moves)),
+        rests=tuple(_find_rests(moves)),
         contacts=tuple(
             ContactRow(LIMBS[c.limb], c.hold, c.begin, c.end, c.confidence)
             for c in attempt.contacts
@@ -51,7 +51,7 @@ def attempt_file(reading: ClipReading, wall: ScannedWall, clip: str) -> AttemptF
     )
 
 
-def _moves(reading: ClipReading, wall: ScannedWall) -> list[FilmedMove]:
+def _list_moves(reading: ClipReading, wall: ScannedWall) -> list[FilmedMove]:
     """Return the moves: each contact that begins after the start, in order of time."""
     contacts = reading.attempt.contacts
     moves: list[FilmedMove] = []
@@ -109,7 +109,7 @@ def _on_ray(frames: Frames, frame: int, depth: float) -> Floats:
     return np.asarray(pose[:, :3].T @ (local - pose[:, 3]))
 
 
-def _rests(moves: Sequence[FilmedMove]) -> list[Rest]:
+def _find_rests(moves: Sequence[FilmedMove]) -> list[Rest]:
     """Return the times without a hand's move that are long enough for a rest."""
     hands = [move.time for move in moves if move.limb in LIMBS[:2]]
     return [Rest(begin, end) for begin, end in pairwise(hands) if end - begin >= _REST_S]

@@ -121,8 +121,8 @@ class CameraTracker:
         width, height = self._size
         focal = float(np.median([frame.focal for frame in placed]))
         camera = Camera("SIMPLE_PINHOLE", width, height, (focal, width / 2, height / 2))
-        poses = _solved(self._frames, camera)
-        return _bridged(np.array([frame.time for frame in self._frames]), poses, camera)
+        poses = _solve_poses(self._frames, camera)
+        return _bridge_gaps(np.array([frame.time for frame in self._frames]), poses, camera)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +167,8 @@ class _Track:
         """Move the points to the next frame; drop those that do not come back."""
         if len(self.pixels):
             before = self.pixels.astype(np.float32)[:, None]
-            after, ahead = _flow(self._grey, grey, before)
-            back, behind = _flow(grey, self._grey, after)
+            after, ahead = _track_points(self._grey, grey, before)
+            back, behind = _track_points(grey, self._grey, after)
             error = np.linalg.norm(back[:, 0] - before[:, 0], axis=1)
             kept = ahead & behind & (error < _FLOW_ERROR * max(grey.shape))
             self.pixels = after[kept, 0].astype(np.float64)
@@ -176,7 +176,7 @@ class _Track:
         self._grey = grey
 
 
-def _flow(
+def _track_points(
     before: Image, after: Image, points: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return where (n, 1, 2) points of a picture lie in the next, and whether they were found."""
@@ -187,7 +187,7 @@ def _flow(
     return np.asarray(moved, np.float32), np.asarray(found)[:, 0] > 0
 
 
-def _solved(frames: list[_Frame], camera: Camera) -> list[Floats | None]:
+def _solve_poses(frames: list[_Frame], camera: Camera) -> list[Floats | None]:
     """Return the pose of each frame, (3, 4), or None."""
     poses: list[Floats | None] = []
     for number, frame in enumerate(frames):
@@ -200,7 +200,7 @@ def _solved(frames: list[_Frame], camera: Camera) -> list[Floats | None]:
     return poses
 
 
-def _bridged(times: Floats, poses: list[Floats | None], camera: Camera) -> CameraPath:
+def _bridge_gaps(times: Floats, poses: list[Floats | None], camera: Camera) -> CameraPath:
     """Return the path with poses in short gaps between those of both sides."""
     known = np.flatnonzero([pose is not None for pose in poses])
     if not len(known):
@@ -213,13 +213,13 @@ def _bridged(times: Floats, poses: list[Floats | None], camera: Camera) -> Camer
         before = after if known[after] <= number else max(after - 1, 0)
         gap = times[known[after]] - times[known[before]]
         share = (times[number] - times[known[before]]) / gap if gap > 0 else 0.0
-        filled[number] = _between(found[before], found[after], float(np.clip(share, 0, 1)))
+        filled[number] = _interpolate_pose(found[before], found[after], float(np.clip(share, 0, 1)))
         within = known[before] <= number <= known[after]
         placed[number] = within and gap <= _BRIDGED_S
     return CameraPath(camera, filled, placed, len(np.unique(found, axis=0)) == 1)
 
 
-def _between(first: Floats, last: Floats, share: float) -> Floats:
+def _interpolate_pose(first: Floats, last: Floats, share: float) -> Floats:
     """Return the pose between two, (3, 4)."""
     u, _, v = np.linalg.svd((1 - share) * first[:, :3] + share * last[:, :3])
     centres = [-pose[:, :3].T @ pose[:, 3] for pose in (first, last)]

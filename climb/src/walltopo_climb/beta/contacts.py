@@ -72,7 +72,7 @@ def find_contacts(
     for limb in range(LIMBS):
         near = (seen.distance[:, limb] < _NEAR_M) & (frames.confidence[:, limb, None] > _SEEN)
         chosen = np.flatnonzero(near.any(axis=0))
-        scores = _scores(seen.distance[:, limb, chosen], seen.speed[:, limb, chosen], limb)
+        scores = _log_likelihoods(seen.distance[:, limb, chosen], seen.speed[:, limb, chosen], limb)
         scores[:, 2:] -= _VOLUME * holds.is_volume[chosen]
         states = _best_states(scores * weights[:, limb, None])
         ids = np.array([-1, WALL, *holds.ids[chosen]])
@@ -85,7 +85,7 @@ def _frame_weights(times: Floats) -> Floats:
     return np.clip(np.gradient(times) / _FRAME_S, 0.0, 1.0)
 
 
-def _scores(distance: Floats, speed: Floats, limb: int) -> Floats:
+def _log_likelihoods(distance: Floats, speed: Floats, limb: int) -> Floats:
     """Return log-likelihoods of the states.
 
     Parameters

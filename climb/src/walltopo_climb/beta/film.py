@@ -78,7 +78,7 @@ def write_film(clip: Path, film: Path, frames: Frames, max_seconds: float = MAX_
         stream.codec_context.time_base = Fraction(1, _TICKS)
         begun = False
         for time, picture in timed_frames(clip, RATE, max_seconds, SIDE):
-            shown = _even(others.hide(time, picture))
+            shown = _even_sides(others.hide(time, picture))
             if not begun:
                 stream.height, stream.width = shown.shape[:2]
                 begun = True
@@ -88,7 +88,7 @@ def write_film(clip: Path, film: Path, frames: Frames, max_seconds: float = MAX_
         container.mux(stream.encode(None))
 
 
-def _even(picture: Image) -> Image:
+def _even_sides(picture: Image) -> Image:
     """Return a picture with even sides, as the codec needs them."""
     height, width = picture.shape[:2]
     return np.ascontiguousarray(picture[: height - height % 2, : width - width % 2])
@@ -101,7 +101,7 @@ def _others(clip: Path, frames: Frames, max_seconds: float) -> _Others:
         height, width = picture.shape[:2]
         sides = np.array([width, height, width, height])
         people = [np.array(person.box) / sides for person in find_people(picture)]
-        climber = _nearest(people, _body_box(frames, time))
+        climber = _nearest_box(people, _body_box(frames, time))
         for number, box in enumerate(people):
             if number != climber:
                 times.append(time)
@@ -117,7 +117,7 @@ def _body_box(frames: Frames, time: float) -> Floats:
     return np.concatenate([points.min(axis=0), points.max(axis=0)])
 
 
-def _nearest(boxes: Sequence[Floats], body: Floats) -> int | None:
+def _nearest_box(boxes: Sequence[Floats], body: Floats) -> int | None:
     """Return the number of the box that overlaps most with the body's; None if none does."""
     if not boxes:
         return None

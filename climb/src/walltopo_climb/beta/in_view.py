@@ -129,10 +129,10 @@ def observe(frames: Frames, holds: WallHolds) -> Observations:
         nearest = np.linalg.norm(centre - frames.hips[frame], axis=1)
         per_px[frame] = scale[int(np.nanargmin(np.where(ahead, nearest, np.nan)))]
     distance = np.where(np.isfinite(distance), distance, np.inf)
-    return Observations(distance, _speeds(frames.times, offset), per_px)
+    return Observations(distance, _limb_speeds(frames.times, offset), per_px)
 
 
-def _speeds(times: Floats, offset: Floats) -> Floats:
+def _limb_speeds(times: Floats, offset: Floats) -> Floats:
     """Return speeds, (F, 4, N) m/s, of offsets (F, 4, N, 2) m: the slower of before and after.
 
     A point that jumps away for a frame is fast in that frame alone, not in its neighbours.

@@ -247,7 +247,7 @@ class PoseNetworks:
         """Return whether a pose is clear, or a person is in the middle half of its square."""
         if pose.is_clear:
             return True
-        part, corner = _part(frame, pose.region.centre, pose.region.size)
+        part, corner = _cut_square(frame, pose.region.centre, pose.region.size)
         middle, reach = pose.region.centre - corner, pose.region.size / 4
         for person in find_people(part):
             x0, y0, x1, y1 = person.box
@@ -259,7 +259,7 @@ class PoseNetworks:
         """Return the body of a person whose box is known."""
         box = np.array(person.box).reshape(2, 2)
         middle, side = box.mean(axis=0), _MARGIN * float((box[1] - box[0]).max())
-        part, corner = _part(frame, middle, side)
+        part, corner = _cut_square(frame, middle, side)
         regions = [_shifted(body.region, corner) for body in self.detect(part)]
         nearest = min(
             regions,
@@ -271,8 +271,8 @@ class PoseNetworks:
     def _clear_bodies(self, frame: Image) -> list[Body]:
         """Return the bodies with a clear pose in overlapping squares of a frame."""
         found: list[tuple[float, Region]] = []
-        for middle, side in _squares(frame):
-            part, corner = _part(frame, middle, side)
+        for middle, side in _search_squares(frame):
+            part, corner = _cut_square(frame, middle, side)
             for body in self.detect(part):
                 pose = self.read_pose(frame, _shifted(body.region, corner))
                 if pose.is_clear:
@@ -286,7 +286,7 @@ class PoseNetworks:
 
     def detect(self, frame: Image) -> list[Body]:
         """Return the bodies that BlazePose's detector finds in a frame, the highest score first."""
-        picture, scale, margin = _letterboxed(frame)
+        picture, scale, margin = _letterbox(frame)
         values = picture.astype(np.float32) * np.float32(2 / 255) - 1
         inputs = {"pictures": values.transpose(2, 0, 1)[None]}
         boxes, scores = self.detector.run(["boxes", "scores"], inputs)
@@ -417,7 +417,7 @@ def refined(places: Floats, heatmaps: Floats) -> Floats:
     return np.where(strong[:, None], middles, places)
 
 
-def _squares(frame: Image) -> list[tuple[Floats, float]]:
+def _search_squares(frame: Image) -> list[tuple[Floats, float]]:
     """Return middles and sides of squares over a frame, pixels: as large as fits, and half that.
 
     Neighbours overlap by half.
@@ -433,7 +433,7 @@ def _squares(frame: Image) -> list[tuple[Floats, float]]:
     return squares
 
 
-def _part(frame: Image, middle: Floats, side: float) -> tuple[Image, Floats]:
+def _cut_square(frame: Image, middle: Floats, side: float) -> tuple[Image, Floats]:
     """Return the part of a frame inside an upright square, and its upper left corner, (2,) x, y.
 
     The part has at least one pixel.
@@ -449,7 +449,7 @@ def _shifted(region: Region, by: Floats) -> Region:
     return Region(region.x + float(by[0]), region.y + float(by[1]), region.size, region.angle)
 
 
-def _letterboxed(frame: Image) -> tuple[Image, Floats, Floats]:
+def _letterbox(frame: Image) -> tuple[Image, Floats, Floats]:
     """Return the detector's picture of a frame, its scale and its margin, (2,) each, x and y."""
     height, width = frame.shape[:2]
     factor = _DETECTOR_SIDE / max(height, width)

@@ -68,16 +68,16 @@ def facing_wall(pose: Pose) -> Pose:
     """
     left = pose.points[[Point.LEFT_SHOULDER, Point.LEFT_HIP]]
     right = pose.points[[Point.RIGHT_SHOULDER, Point.RIGHT_HIP]]
-    up, across = _spine(left, right), (right - left).sum(axis=0)
+    up, across = _spine_direction(left, right), (right - left).sum(axis=0)
     breadth = float(up[0] * across[1] - up[1] * across[0])  # < 0: the left is on the right
     if breadth >= -_FACING * pose.region.size:
         return pose
     order = np.arange(POINTS)
-    order[list(_ALL)] = [_other(point) for point in _ALL]
+    order[list(_ALL)] = [_opposite_point(point) for point in _ALL]
     return replace(pose, points=pose.points[order], confidence=pose.confidence[order])
 
 
-def _spine(left: Floats, right: Floats) -> Floats:
+def _spine_direction(left: Floats, right: Floats) -> Floats:
     """Return the (2,) unit direction from hips to shoulders, given both of each side."""
     shoulders, hips = (left + right) / 2
     way = shoulders - hips
@@ -107,7 +107,7 @@ def sides_kept(
             continue
         order = np.arange(POINTS)
         if last is not None and time - seen <= MAX_GAP_S:
-            order = _order(last, pose)
+            order = _best_point_order(last, pose)
         if (order == np.arange(POINTS)).all():
             exchanged_since = np.inf
         else:
@@ -131,24 +131,24 @@ class _State:
         """Return the state after another pose."""
         step = time - self.time
         raw = (pose.points - self.points) / step
-        speeds = self.speeds + _share(np.array(SPEED_CUTOFF_HZ), step) * (raw - self.speeds)
+        speeds = self.speeds + _filter_weight(np.array(SPEED_CUTOFF_HZ), step) * (raw - self.speeds)
         relative = np.hypot(*speeds.T) / max(pose.region.size, 1e-9)  # sides of the square per s
-        share = _share(MIN_CUTOFF_HZ + CUTOFF_PER_SPEED * relative, step)
+        share = _filter_weight(MIN_CUTOFF_HZ + CUTOFF_PER_SPEED * relative, step)
         share = share * pose.confidence.clip(_MIN_CONFIDENCE, _FULL_CONFIDENCE) / _FULL_CONFIDENCE
         return _State(time, self.points + share[:, None] * (pose.points - self.points), speeds)
 
 
-def _share(cutoff: Floats, step: float) -> Floats:
+def _filter_weight(cutoff: Floats, step: float) -> Floats:
     """Return the weight of a new value in a low-pass filter: cutoff in Hz, step in s."""
     return 1 / (1 + 1 / (2 * np.pi * cutoff * step))
 
 
-def _order(last: Pose, pose: Pose) -> NDArray[np.int64]:
+def _best_point_order(last: Pose, pose: Pose) -> NDArray[np.int64]:
     """Return the (33,) rows of a pose in the order that continues the last one best."""
     order = np.arange(POINTS)
     for group in GROUPS:
         kept = order[list(group)]
-        exchanged = order[[_other(point) for point in group]]
+        exchanged = order[[_opposite_point(point) for point in group]]
         weights = np.minimum(last.confidence[list(group)], pose.confidence[kept])
         weights = np.maximum(weights, 1e-3)
         apart, closer = (
@@ -166,6 +166,6 @@ def _order(last: Pose, pose: Pose) -> NDArray[np.int64]:
     return order
 
 
-def _other(point: int) -> int:
+def _opposite_point(point: int) -> int:
     """Return the point on the other side of the body; below the head left points are odd."""
     return point + 1 if point % 2 else point - 1

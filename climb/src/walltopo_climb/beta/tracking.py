@@ -71,7 +71,7 @@ def find_poses(
     InputError : there are no frames, a frame is not a picture, or times do not increase.
     """
     networks = shipped_networks() if reader is None else reader
-    checked = _checked(frames)
+    checked = _check_frames(frames)
     crowd = _Crowd(networks)
     climber: _Track | None = None
     for time, frame in checked:
@@ -88,7 +88,7 @@ def find_poses(
     yield from crowd.poses_of(climber)
     if climber is not None:
         crowd.forget()
-        yield from _follow(climber, networks, checked)
+        yield from _follow_person(climber, networks, checked)
 
 
 @dataclass(eq=False)
@@ -124,7 +124,7 @@ class _Track:
     def reaches(self, region: Region, time: float) -> bool:
         """Return whether a body found now may be this person, last seen some time ago."""
         reach = _REACH + _REACH_PER_S * (time - self.seen)
-        return _distance(self.region, region) <= reach * self.region.size
+        return _centre_distance(self.region, region) <= reach * self.region.size
 
 
 @dataclass(eq=False)
@@ -190,7 +190,7 @@ class _Crowd:
                 continue
             lost = [t for t in self.tracks if t not in row and t.reaches(pose.region, time)]
             if lost:
-                track = min(lost, key=lambda t: _distance(t.region, pose.region))
+                track = min(lost, key=lambda t: _centre_distance(t.region, pose.region))
             else:
                 track = _Track(pose.region, time)
                 self.tracks.append(track)
@@ -198,7 +198,7 @@ class _Crowd:
             row[track] = pose
 
 
-def _follow(
+def _follow_person(
     track: _Track, reader: PoseReader, frames: Iterable[tuple[float, Image]]
 ) -> Iterator[Pose | None]:
     """Yield the poses of a known person, who is searched near the last place if lost."""
@@ -242,7 +242,7 @@ def _found_again(track: _Track, reader: PoseReader, time: float, frame: Image) -
     near = [body for body in reader.find_bodies(frame) if track.reaches(body.region, time)]
     if not near:
         return None
-    nearest = min(near, key=lambda body: _distance(track.region, body.region))
+    nearest = min(near, key=lambda body: _centre_distance(track.region, body.region))
     pose = reader.read_pose(frame, nearest.region)
     return pose if pose.score >= MIN_SCORE else None
 
@@ -250,16 +250,16 @@ def _found_again(track: _Track, reader: PoseReader, time: float, frame: Image) -
 def _is_among(pose: Pose, others: Iterable[Pose]) -> bool:
     """Return whether a pose is that of a person who has one of the other poses."""
     return any(
-        _distance(pose.region, other.region) <= _SAME * other.region.size for other in others
+        _centre_distance(pose.region, other.region) <= _SAME * other.region.size for other in others
     )
 
 
-def _distance(a: Region, b: Region) -> float:
+def _centre_distance(a: Region, b: Region) -> float:
     """Return the distance of two squares' centres, pixels."""
     return float(np.hypot(a.x - b.x, a.y - b.y))
 
 
-def _checked(frames: Iterable[tuple[float, Any]]) -> Iterator[tuple[float, Image]]:
+def _check_frames(frames: Iterable[tuple[float, Any]]) -> Iterator[tuple[float, Image]]:
     """Yield the frames; refuse what cannot be a clip."""
     last, number = -np.inf, -1
     for number, (time, frame) in enumerate(frames):

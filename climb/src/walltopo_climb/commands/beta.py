@@ -73,11 +73,11 @@ def _beta(args: argparse.Namespace) -> int:
         if made is not None:
             attempt.save(made)
     console.print(_table(attempt, wall))
-    console.print(_summary(attempt, wall), soft_wrap=True)
+    console.print(_attempt_summary(attempt, wall), soft_wrap=True)
     return 0
 
 
-def _summary(attempt: AttemptFile, wall: ScannedWall) -> str:
+def _attempt_summary(attempt: AttemptFile, wall: ScannedWall) -> str:
     """Return one line on an attempt: the route, and how far the climber came."""
     from walltopo.scans.routes import route_name
 

@@ -70,19 +70,19 @@ def sentences_of(steps: tuple[Step, ...], words: Wording = USUAL) -> tuple[Sente
 
 
 def _text(step: Step, words: Wording) -> str:
-    bundle = _bundle(words.language)
+    bundle = _templates_of(words.language)
     names = [f"{step.kind}-{words.detail}", step.kind]
     if step.origin != step.limb:
         names = [f"{step.kind}_from_other-{words.detail}", f"{step.kind}_from_other", *names]
     found = next(name for name in names if bundle.has_message(name))
     pattern = bundle.get_message(found).value
-    text, errors = bundle.format_pattern(pattern, _values(step, words.unit))
+    text, errors = bundle.format_pattern(pattern, _template_values(step, words.unit))
     if errors:
         raise errors[0]
     return str(text)
 
 
-def _values(step: Step, unit: Unit) -> dict[str, Any]:
+def _template_values(step: Step, unit: Unit) -> dict[str, Any]:
     """Return the variables of the templates."""
     steep = abs(step.steepness_deg)
     leaning = "slab" if step.steepness_deg < 0 else "overhang"
@@ -112,7 +112,7 @@ def spoken_distance(metres: float, unit: Unit) -> int:
 
 
 @cache
-def _bundle(language: Language) -> Any:
+def _templates_of(language: Language) -> Any:
     """Return the templates of a language."""
     path = files("walltopo_climb.description").joinpath("locales", f"{language}.ftl")
     bundle = FluentBundle([language], use_isolating=False)

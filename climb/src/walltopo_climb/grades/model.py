@@ -141,14 +141,14 @@ def range_of(difficulty: float, bound: float) -> tuple[int, int]:
 @cache
 def shipped_model() -> GradeModel:
     """Return the model that comes with the package."""
-    return GradeModel.load(_shipped())
+    return GradeModel.load(_shipped_model())
 
 
 @cache
 def shipped_identity() -> str:
     """Return the hash of the model's file: estimates of two models are not comparable."""
-    return hash_path(_shipped())[:16]
+    return hash_path(_shipped_model())[:16]
 
 
-def _shipped() -> Path:
+def _shipped_model() -> Path:
     return Path(str(resources.files("walltopo_climb") / "models" / "grades.onnx"))

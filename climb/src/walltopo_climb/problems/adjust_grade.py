@@ -52,7 +52,9 @@ def adjust_grade(
     wanted = -1.0 if direction == "easier" else 1.0
     found: list[tuple[float, Route, Tweak]] = []
     tried = 0
-    changes = nearby_additions(pool, route) if direction == "easier" else _removals(route)
+    changes = (
+        nearby_additions(pool, route) if direction == "easier" else _routes_without_hold(route)
+    )
     for do, hold, changed in changes:
         tried += 1
         after = climb_route(changed, pool.near(changed.holds), pool.unit)
@@ -61,14 +63,14 @@ def adjust_grade(
         by = scale.grade(_difficulty_of(after, scale), after.known) - scale.grade(
             difficulty, before.known
         )
-        effort = _effort(after) - _effort(before)
+        effort = _total_effort(after) - _total_effort(before)
         if by * wanted < _MIN_CHANGE or effort * wanted <= 0:
             continue
         on = next((r.id for r in routes if hold in r.holds and r.id != route.id), 0)
-        crux, eases = _crux(before, after)
+        crux, eases = _hardest_move(before, after)
         row = grade_row(scale.range(_difficulty_of(after, scale), after.known))
         tweak = Tweak(do, hold, on, round(by, 2), row, crux, eases, ())
-        found.append((abs(by - wanted) + _penalty(tweak), changed, tweak))
+        found.append((abs(by - wanted) + _change_penalty(tweak), changed, tweak))
     found.sort(key=lambda item: (item[0], item[2].hold))
     shown = tuple(_with_climbers(pool, changed, tweak) for _, changed, tweak in found[:_MAX_SHOWN])
     now = grade_row(scale.range(difficulty, before.known))
@@ -80,7 +82,7 @@ def _with_climbers(pool: Pool, changed: Route, tweak: Tweak) -> Tweak:
     return replace(tweak, climbers=climbers)
 
 
-def _penalty(tweak: Tweak) -> float:
+def _change_penalty(tweak: Tweak) -> float:
     """Return a penalty, in grades, for changes away from the crux and for holds of other routes."""
     return 0.3 * (abs(tweak.eases) < _MIN_EASING) + 0.2 * (tweak.on > 0)
 
@@ -102,7 +104,7 @@ def nearby_additions(pool: Pool, route: Route) -> Iterator[tuple[Do, int, Route]
             yield "add a handhold", number, wider
 
 
-def _removals(route: Route) -> Iterator[tuple[Do, int, Route]]:
+def _routes_without_hold(route: Route) -> Iterator[tuple[Do, int, Route]]:
     """Yield each hold between start and top with the route without it."""
     for number in set(route.holds) - {*route.start, *route.top}:
         yield (
@@ -120,13 +122,13 @@ def _difficulty_of(climbed: Climbed, scale: Scale) -> float:
     return float(scale.model.difficulties(climbed.features[None])[0])
 
 
-def _effort(climbed: Climbed) -> float:
+def _total_effort(climbed: Climbed) -> float:
     """Return the effort of the hardest move plus a tenth of the total, as a tie-breaker."""
     moves = climbed.moves.moves
     return moves[climbed.moves.crux].effort + 0.1 * sum(move.effort for move in moves)
 
 
-def _crux(before: Climbed, after: Climbed) -> tuple[int, float]:
+def _hardest_move(before: Climbed, after: Climbed) -> tuple[int, float]:
     """Return the target hold of the hardest move, and the share of effort that it saves."""
     move = before.moves.moves[before.moves.crux]
     now = after.moves.moves[after.moves.crux]

@@ -48,10 +48,10 @@ def find_openings(pool: Pool, route: Route) -> tuple[Opening, ...]:
         heights = reached_of(missing, wider, pool.near(wider.holds), pool.unit)
         if heights:
             found = Opening(hold, do == "add a foothold", heights[-1])
-            best[hold] = min(best.get(hold, found), found, key=_rank)
-    return tuple(sorted(best.values(), key=_rank)[:_MAX_SHOWN])
+            best[hold] = min(best.get(hold, found), found, key=_opening_rank)
+    return tuple(sorted(best.values(), key=_opening_rank)[:_MAX_SHOWN])
 
 
-def _rank(opening: Opening) -> tuple[float, bool, int]:
+def _opening_rank(opening: Opening) -> tuple[float, bool, int]:
     """Shorter climbers first; a foothold changes a problem less than a hold for hands."""
     return opening.height, not opening.foot, opening.hold

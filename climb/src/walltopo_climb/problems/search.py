@@ -54,7 +54,7 @@ def propose(
     judge = Judge(pool, spec, scale)
     count = _CHAINS + _MORE * spec.count
     for k, random in enumerate(np.random.default_rng(spec.seed).spawn(count)):
-        _anneal(Sampler(pool, spec, body, random), judge, random)
+        _run_chain(Sampler(pool, spec, body, random), judge, random)
         if advance is not None:
             advance(k + 1, count)
     chosen = _diverse_candidates(judge.seen, spec.count)
@@ -62,7 +62,7 @@ def propose(
     return Proposals(unit=pool.unit, tried=len(judge), proposals=tuple(rows))
 
 
-def _anneal(sampler: Sampler, judge: Judge, random: np.random.Generator) -> None:
+def _run_chain(sampler: Sampler, judge: Judge, random: np.random.Generator) -> None:
     """Run one chain; `judge.seen` collects its candidates."""
     first = next((found for _ in range(5) if (found := sampler.first()) is not None), None)
     if first is None:

@@ -52,7 +52,7 @@ class _Notifier:
         name : of the passkey, token or app, as its maker wrote it.
         """
         to = session.get_one(Person, person).email
-        mail = notice(self._services.settings, to, change, _language(self._request), name)
+        mail = notice(self._services.settings, to, change, _browser_language(self._request), name)
         self._later.add_task(self._services.mailer.send, mail)
 
 
@@ -75,7 +75,7 @@ def notice(
     return Mail(to, templates[change]["subject"], "\n\n".join(lines) + "\n")
 
 
-def _language(request: Request) -> Language:
+def _browser_language(request: Request) -> Language:
     """Return the first of the browser's languages that the platform has."""
     for part in request.headers.get("accept-language", "").split(","):
         code = part.partition(";")[0].strip().partition("-")[0].lower()

@@ -27,7 +27,7 @@ def ranged_file(
     NotFoundError : there is no such file.
     """
     headers = {"accept-ranges": "bytes", "cache-control": "private, no-cache"}
-    part = None if wanted is None else _part(wanted, size)
+    part = None if wanted is None else _parse_byte_range(wanted, size)
     if part is None:
         headers["content-length"] = str(size)
         return StreamingResponse(store.chunks(key), media_type=media_type, headers=headers)
@@ -41,7 +41,7 @@ def ranged_file(
     return StreamingResponse(pieces, 206, media_type=media_type, headers=headers)
 
 
-def _part(wanted: str, size: int) -> tuple[int, int] | None:
+def _parse_byte_range(wanted: str, size: int) -> tuple[int, int] | None:
     """Return the first byte and the byte after the last one; an empty part lies outside the file.
 
     None: the header is to be ignored.

@@ -12,7 +12,7 @@ from walltopo_gym.spreadsheets import CsvDialect, dialect_of
 _LANGUAGE = r"^[A-Za-z]{2,3}(-[A-Za-z0-9]{1,8})*$"
 
 
-def _dialect(
+def _csv_dialect(
     language: Annotated[
         str | None,
         Query(
@@ -26,7 +26,7 @@ def _dialect(
     return dialect_of(language or accept_language)
 
 
-CsvDialectOf = Annotated[CsvDialect, Depends(_dialect)]
+CsvDialectOf = Annotated[CsvDialect, Depends(_csv_dialect)]
 
 
 class CsvFile(Response):

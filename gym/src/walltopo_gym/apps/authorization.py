@@ -67,10 +67,12 @@ class AuthorizationRequest:
 
     def answer(self, **fields: str) -> str:
         """Return the address that hands an answer to the app."""
-        return _answer(self.redirect, self.issuer, self.state, fields)
+        return _answer_address(self.redirect, self.issuer, self.state, fields)
 
 
-def _answer(redirect: str, issuer: str, state: str | None, fields: Mapping[str, str]) -> str:
+def _answer_address(
+    redirect: str, issuer: str, state: str | None, fields: Mapping[str, str]
+) -> str:
     known = {**fields, **({} if state is None else {"state": state}), "iss": issuer}
     # The registered address stays as it is, letter by letter; it has no fragment.
     joint = "" if redirect.endswith(("?", "&")) else "&" if "?" in redirect else "?"
@@ -85,7 +87,7 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
     RequestError : the app or its redirect address is unknown, so that nobody gets an answer.
     AuthorizationError : anything else is wrong.
     """
-    given = _parse(query)
+    given = _parse_query(query)
     values = given.once
     app = _app_named(session, values.get("client_id", ""))
     redirect = _redirect_of(app, given)
@@ -93,7 +95,7 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
 
     def refuse(error: str, why: str) -> AuthorizationError:
         fields = {"error": error, "error_description": why}
-        return AuthorizationError(_answer(redirect, issuer, state, fields))
+        return AuthorizationError(_answer_address(redirect, issuer, state, fields))
 
     if given.twice:
         raise refuse("invalid_request", f"{min(given.twice)} comes twice")
@@ -114,7 +116,7 @@ def read_request(session: Session, issuer: str, query: str) -> AuthorizationRequ
     return AuthorizationRequest(app, redirect, scopes, challenge, state, issuer)
 
 
-def _parse(query: str) -> Parameters:
+def _parse_query(query: str) -> Parameters:
     try:
         return read_parameters(query.removeprefix("?"))
     except ValueError as error:

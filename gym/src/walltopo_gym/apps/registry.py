@@ -70,18 +70,18 @@ def register_app(
     if (session.scalar(count) or 0) >= _MOST:
         raise ConflictError("apps-most", most=_MOST)
     secret, kept = new_secret(_SECRET_PREFIX) if confidential else ("", None)
-    row = App(person_id=person, password_hash=kept, **_columns(facts))
+    row = App(person_id=person, password_hash=kept, **_app_columns(facts))
     session.add(row)
     session.flush()
-    _log(session, "app.create", row)
+    _log_app(session, "app.create", row)
     return row, secret
 
 
 def change_app(session: Session, row: App, facts: AppFacts) -> None:
     """Change the facts of an app. People keep it connected."""
-    for name, value in _columns(facts).items():
+    for name, value in _app_columns(facts).items():
         setattr(row, name, value)
-    _log(session, "app.change", row)
+    _log_app(session, "app.change", row)
 
 
 def renew_secret(session: Session, row: App) -> str:
@@ -94,21 +94,21 @@ def renew_secret(session: Session, row: App) -> str:
     if row.password_hash is None:
         raise ConflictError("app-public")
     secret, row.password_hash = new_secret(_SECRET_PREFIX)
-    _log(session, "app.secret", row)
+    _log_app(session, "app.secret", row)
     return secret
 
 
 def drop_app(session: Session, row: App) -> None:
     """Delete an app, with the connections of all people."""
     session.delete(row)
-    _log(session, "app.delete", row)
+    _log_app(session, "app.delete", row)
 
 
-def _log(session: Session, action: str, row: App) -> None:
+def _log_app(session: Session, action: str, row: App) -> None:
     log_change(session, action, person=row.person_id, subject=row.name, app=str(row.id))
 
 
-def _columns(facts: AppFacts) -> dict[str, object]:
+def _app_columns(facts: AppFacts) -> dict[str, object]:
     return {
         "name": facts.name,
         "home_page": facts.home_page,

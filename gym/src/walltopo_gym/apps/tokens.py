@@ -100,7 +100,7 @@ def redeem_code(
     -------
     The tokens, or a refusal, which is not raised because its consequences must be committed.
     """
-    found = _subject(session, app, AppGrant.code_hash == hash_of(code))
+    found = _locked_grant(session, app, AppGrant.code_hash == hash_of(code))
     unknown = OAuthError("invalid_grant", "the code is unknown, expired or used")
     if found is None:
         return unknown
@@ -116,7 +116,7 @@ def redeem_code(
     if not fits or not _VERIFIER.fullmatch(verifier):
         return OAuthError("invalid_grant", "code_verifier does not fit code_challenge")
     grant.used_at = now()
-    return _issue(session, found, grant.scopes)
+    return _issue_tokens(session, found, grant.scopes)
 
 
 def _challenge_of(verifier: str) -> str:
@@ -140,7 +140,7 @@ def refresh_tokens(
     unknown = OAuthError("invalid_grant", "the refresh token is unknown, expired or used")
     is_it = AppRefreshToken.token_hash == hash_of(secret)
     token = session.scalar(select(AppRefreshToken).where(is_it))
-    found = None if token is None else _subject(session, app, AppGrant.id == token.grant_id)
+    found = None if token is None else _locked_grant(session, app, AppGrant.id == token.grant_id)
     if token is None or found is None:
         return unknown
     session.refresh(token)  # another request may have used it before the grant was locked
@@ -152,10 +152,12 @@ def refresh_tokens(
     if not set(wanted) <= set(found.grant.scopes):
         return OAuthError("invalid_scope", "a refresh token gives no further scopes")
     token.used_at = now()
-    return _issue(session, found, [s for s in found.grant.scopes if not wanted or s in wanted])
+    return _issue_tokens(
+        session, found, [s for s in found.grant.scopes if not wanted or s in wanted]
+    )
 
 
-def _subject(session: Session, app: App, named: ColumnElement[bool]) -> _Subject | None:
+def _locked_grant(session: Session, app: App, named: ColumnElement[bool]) -> _Subject | None:
     """Return a grant of an app, locked so that two requests cannot both use it; None if there is
     none or its owner's account is locked."""
     _lock_connection(session, named)
@@ -176,7 +178,7 @@ def _lock_connection(session: Session, named: ColumnElement[bool]) -> None:
     session.execute(select(AppConnection.id).where(AppConnection.id.in_(ids)).with_for_update())
 
 
-def _issue(session: Session, found: _Subject, scopes: Collection[str]) -> Tokens:
+def _issue_tokens(session: Session, found: _Subject, scopes: Collection[str]) -> Tokens:
     grant, connection = found.grant, found.connection
     access, access_hash = new_secret(TOKEN_PREFIX)
     refresh, refresh_hash = new_secret(_REFRESH_PREFIX)

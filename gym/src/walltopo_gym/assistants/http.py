@@ -25,13 +25,13 @@ ROUTERS: Final[tuple[APIRouter, ...]] = ()
 ROOT_ROUTERS: Final[tuple[APIRouter, ...]] = (_root,)
 
 
-async def _body(request: Request) -> bytes:
+async def _read_body(request: Request) -> bytes:
     return await request.body()
 
 
 @_root.post("/mcp")
 def answer_message(
-    content: Annotated[bytes, Depends(_body)], request: Request, services: ServicesOf
+    content: Annotated[bytes, Depends(_read_body)], request: Request, services: ServicesOf
 ) -> Response:
     """Answer a message of an assistant."""
     wanted = request.headers.get("mcp-protocol-version", VERSIONS[0])
@@ -42,7 +42,7 @@ def answer_message(
             actor = NOBODY if token_of(request.headers) is None else actor_in(session, request)
             _ = actor.known
         except SignInNeededError as error:
-            return _refuse(error, services.settings.link_base)
+            return _refusal_response(error, services.settings.link_base)
 
         def run(tool: Tool, arguments: Any) -> Mapping[str, Any]:
             check_scope(actor, Rule("signed-in", tool.scope))
@@ -61,7 +61,7 @@ def refuse_stream() -> Response:
     return Response(status_code=405, headers={"allow": "POST"})
 
 
-def _refuse(error: RequestError, base: str) -> Response:
+def _refusal_response(error: RequestError, base: str) -> Response:
     """Return the refusal that says where tokens come from (RFC 9728)."""
     described = f"{base}/.well-known/oauth-protected-resource/mcp"
     headers = {"www-authenticate": f'Bearer resource_metadata="{described}", scope="read"'}

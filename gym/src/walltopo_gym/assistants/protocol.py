@@ -45,7 +45,7 @@ def answer(content: bytes, run: Run) -> dict[str, Any] | None:
     """
     key: Any = None
     try:
-        message = _read(content)
+        message = _parse_message(content)
         key = message.get("id")
         method = message.get("method")
         if "id" not in message and isinstance(method, str | None):
@@ -55,13 +55,13 @@ def answer(content: bytes, run: Run) -> dict[str, Any] | None:
         params = message.get("params", {})
         if not isinstance(params, dict):
             raise _RpcError(_PARAMS, "params must be an object")
-        return {"jsonrpc": "2.0", "id": key, "result": _result(method, params, run)}
+        return {"jsonrpc": "2.0", "id": key, "result": _run_method(method, params, run)}
     except _RpcError as error:
         known = key if isinstance(key, str | int) else None
         return {"jsonrpc": "2.0", "id": known, "error": {"code": error.code, "message": error.why}}
 
 
-def _read(content: bytes) -> dict[str, Any]:
+def _parse_message(content: bytes) -> dict[str, Any]:
     try:
         message = json.loads(content)
         json.dumps(message, ensure_ascii=False).encode()  # refuses half of a surrogate pair
@@ -72,7 +72,7 @@ def _read(content: bytes) -> dict[str, Any]:
     return message
 
 
-def _result(method: str, params: dict[str, Any], run: Run) -> dict[str, Any]:
+def _run_method(method: str, params: dict[str, Any], run: Run) -> dict[str, Any]:
     match method:
         case "initialize":
             wanted = params.get("protocolVersion")
@@ -84,13 +84,13 @@ def _result(method: str, params: dict[str, Any], run: Run) -> dict[str, Any]:
         case "ping":
             return {}
         case "tools/list":
-            return {"tools": [_described(name, tool) for name, tool in TOOLS.items()]}
+            return {"tools": [_describe_tool(name, tool) for name, tool in TOOLS.items()]}
         case "tools/call":
-            return _call(params, run)
+            return _call_tool(params, run)
     raise _RpcError(_METHOD, f"no method {method[:80]}")
 
 
-def _described(name: str, tool: Tool) -> dict[str, Any]:
+def _describe_tool(name: str, tool: Tool) -> dict[str, Any]:
     return {
         "name": name,
         "title": tool.title,
@@ -100,7 +100,7 @@ def _described(name: str, tool: Tool) -> dict[str, Any]:
     }
 
 
-def _call(params: dict[str, Any], run: Run) -> dict[str, Any]:
+def _call_tool(params: dict[str, Any], run: Run) -> dict[str, Any]:
     tool = TOOLS.get(str(params.get("name")))
     if tool is None:
         raise _RpcError(_PARAMS, "no such tool")

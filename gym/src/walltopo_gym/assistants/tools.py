@@ -125,11 +125,11 @@ def _list_routes(caller: Caller, wanted: OfWall) -> dict[str, Any]:
         rows = gym_routes(caller.session, gym.id)
     else:
         rows = wall_routes(caller.session, wall_of(caller.session, gym.id, wanted.wall))
-    found = [_facts(route) for route, _ in rows]
+    found = [_route_rows(route) for route, _ in rows]
     return {"routes": found[:_MOST], "left_out": max(0, len(found) - _MOST)}
 
 
-def _facts(route: Route) -> dict[str, Any]:
+def _route_rows(route: Route) -> dict[str, Any]:
     return {
         "id": str(route.id),
         "wall": str(route.wall_id),
@@ -159,7 +159,7 @@ def _read_route(caller: Caller, wanted: OfRoute) -> dict[str, Any]:
             "height_m": placed.height_m,
         }
     return {
-        **_facts(route),
+        **_route_rows(route),
         **style,
         "wall_name": wall.name,
         "is_current": route.stripped_at is None,

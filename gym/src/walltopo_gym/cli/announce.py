@@ -35,7 +35,9 @@ def _announce(args: argparse.Namespace) -> int:
     with database_of_options(args) as database, database.writing() as session:
         if args.what == "add":
             texts = {each: getattr(args, each) for each in LANGUAGES if getattr(args, each)}
-            make_announcement(session, texts, _moment(args.starts), _moment(args.until), None)
+            make_announcement(
+                session, texts, _parse_time(args.starts), _parse_time(args.until), None
+            )
         elif args.what == "delete":
             if args.id is None:
                 raise InputError("delete which one?", "`walltopo gym announce list` lists them.")
@@ -49,7 +51,7 @@ def _announce(args: argparse.Namespace) -> int:
     return 0
 
 
-def _moment(text: str | None) -> datetime | None:
+def _parse_time(text: str | None) -> datetime | None:
     """Return a time of the command line; UTC without a zone.
 
     Raises

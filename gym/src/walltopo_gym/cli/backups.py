@@ -60,7 +60,7 @@ def _backup(args: argparse.Namespace) -> int:
             settings, database, open_store(settings), args.file, overwrite=args.overwrite
         )
     console.print(f"{args.file}: {number} files", soft_wrap=True, markup=False)
-    return _try(settings, args.file) if args.with_trial else 0
+    return _try_backup(settings, args.file) if args.with_trial else 0
 
 
 def _backups(args: argparse.Namespace) -> int:
@@ -68,18 +68,18 @@ def _backups(args: argparse.Namespace) -> int:
 
     settings = settings_of(args)
     if args.what == "list":
-        return _list(settings)
+        return _list_backups(settings)
     check_there(settings)
     if args.what == "make":
         return _run_now(args, "make")
     if args.file is None:
         raise InputError("try which backup?", "`walltopo gym backups` lists them; or give a file.")
     if Path(args.file).is_file():
-        return _try(settings, Path(args.file))
+        return _try_backup(settings, Path(args.file))
     return _run_now(args, "try")
 
 
-def _list(settings: GymSettings) -> int:
+def _list_backups(settings: GymSettings) -> int:
     """Print the backups at the target; a gym is not needed."""
     from walltopo.cli.console import console
     from walltopo_gym.operating.backup_target import open_target
@@ -110,7 +110,7 @@ def _run_now(args: argparse.Namespace, kind: Kind) -> int:
     return 0
 
 
-def _try(settings: GymSettings, file: Path) -> int:
+def _try_backup(settings: GymSettings, file: Path) -> int:
     """Print the result of a trial; return 1 unless the backup is equal to what it lists."""
     from walltopo.cli.console import console
     from walltopo_gym.operating.backup_trial import try_backup

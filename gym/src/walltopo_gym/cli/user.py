@@ -49,19 +49,19 @@ def _user(args: argparse.Namespace) -> int:
 
     with database_of_options(args) as database:
         if args.what == "find":
-            return _find(database, args.email)
+            return _find_users(database, args.email)
         email = normalise_email(args.email)
         if args.what == "export":
-            return _export(settings_of(args), database, email)
+            return _export_user(settings_of(args), database, email)
         if args.what in ("add", "password"):
             _set_password(database, args, email)
         else:
-            _change(settings_of(args), database, args.what, email)
+            _change_user(settings_of(args), database, args.what, email)
     console.print(f"{email}: done", soft_wrap=True)
     return 0
 
 
-def _find(database: Database, text: str) -> int:
+def _find_users(database: Database, text: str) -> int:
     from walltopo.cli.console import console
     from walltopo_gym.accounts.models import Person
     from walltopo_gym.operating.users import users_named
@@ -87,7 +87,7 @@ def _set_password(database: Database, args: argparse.Namespace, email: str) -> N
     name = args.name or email.partition("@")[0]
     if args.what == "password":
         with database.reading() as session:
-            name = _account(session, email).name
+            name = _account_by_email(session, email).name
     password = read_password()  # before a transaction: it waits for the keyboard
     check_password(password, email, name)
     kept = Passwords().hash(password)
@@ -95,10 +95,10 @@ def _set_password(database: Database, args: argparse.Namespace, email: str) -> N
         if args.what == "add":
             add_person(session, email, name, kept, operator=args.operator)
         else:
-            set_password(session, _account(session, email), kept)
+            set_password(session, _account_by_email(session, email), kept)
 
 
-def _change(settings: GymSettings, database: Database, what: str, email: str) -> None:
+def _change_user(settings: GymSettings, database: Database, what: str, email: str) -> None:
     """Do what the operator's page does with an account, and mail its owner."""
     from walltopo_gym.accounts.notices import notice
     from walltopo_gym.mail import make_mailer
@@ -116,11 +116,11 @@ def _change(settings: GymSettings, database: Database, what: str, email: str) ->
     }
     change, mail = changes[what]
     with database.writing() as session:
-        change(session, _account(session, email))
+        change(session, _account_by_email(session, email))
     make_mailer(settings).send(notice(settings, email, mail, "en"))
 
 
-def _export(settings: GymSettings, database: Database, email: str) -> int:
+def _export_user(settings: GymSettings, database: Database, email: str) -> int:
     """Print all data of an account as JSON, and mail its owner."""
     import sys
 
@@ -132,13 +132,13 @@ def _export(settings: GymSettings, database: Database, email: str) -> int:
     from walltopo_gym.operating.users import export_user
 
     with database.writing() as session:
-        data = export_user(session, _account(session, email).id, None)
+        data = export_user(session, _account_by_email(session, email).id, None)
     sys.stdout.write(json.format(json.encode(jsonable_encoder(data))).decode() + "\n")
     make_mailer(settings).send(notice(settings, email, "data-exported", "en"))
     return 0
 
 
-def _account(session: Session, email: str) -> Person:
+def _account_by_email(session: Session, email: str) -> Person:
     from walltopo_gym.accounts.people import find_person
 
     person = find_person(session, email)

@@ -85,7 +85,7 @@ def count_again(
     lock_person(session, person)
     _value_bare(session, gym, person)
     days = None if moments is None else {gym_day(at, zone_of(gym)) for at in moments}
-    _stand(session, gym, person, days)
+    _store_standings(session, gym, person, days)
     _regroup_sessions(session, gym, person, days)
     session.flush()
 
@@ -187,17 +187,17 @@ def _sum_points(climbed: Iterable[_Climbed]) -> _Sum:
     return _Sum(best_of(best.values()), len(best), len(flashed))
 
 
-def _periods(day: date) -> tuple[str, str, str]:
+def _periods_of(day: date) -> tuple[str, str, str]:
     return f"{day:%Y-%m}", f"{day:%Y}", ALL_TIME
 
 
-def _stand(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
+def _store_standings(session: Session, gym: Gym, person: UUID, days: set[date] | None) -> None:
     zone = zone_of(gym)
-    touched = None if days is None else {period for day in days for period in _periods(day)}
+    touched = None if days is None else {period for day in days for period in _periods_of(day)}
     sorted_in: dict[tuple[str, str, str], list[_Climbed]] = {}
     for one in _read_ascents(session, gym, person, None, None, TOPS):
         discipline = counted_as(one.discipline)
-        for period in _periods(gym_day(one.at, zone)):
+        for period in _periods_of(gym_day(one.at, zone)):
             if touched is None or period in touched:
                 for circuit in {"", one.circuit}:
                     sorted_in.setdefault((period, discipline, circuit), []).append(one)

@@ -26,7 +26,7 @@ def logged_routes(session: Session, question: LoggedClimbs) -> None:
         .where(*mine)
     ).all()
     angles = _steepness_by_route(session, select(Ascent.route_id).where(*mine))
-    question.found.extend(_entry(ascent, route, gym, angles) for ascent, route, gym in rows)
+    question.found.extend(_log_entry(ascent, route, gym, angles) for ascent, route, gym in rows)
 
 
 def _steepness_by_route(session: Session, routes: Select[UUID | None]) -> dict[UUID, float]:
@@ -39,7 +39,7 @@ def _steepness_by_route(session: Session, routes: Select[UUID | None]) -> dict[U
     return {route: float(degrees) for route, degrees in rows}
 
 
-def _entry(
+def _log_entry(
     ascent: Ascent, route: Route | None, gym: Gym | None, angles: dict[UUID, float]
 ) -> LoggedClimb:
     at = ascent.climbed_at

@@ -147,10 +147,10 @@ def progress(
     ).all()
     tops = [one for one in done if one.kind in TOPS]
     today = gym_day(at, zone)
-    monday = _monday(today)
-    came = {_monday(visit.day) for visit in visits}
-    streak, longest = _streaks(came, monday)
-    steepness, holds = _styles(session, done)
+    monday = _monday_of(today)
+    came = {_monday_of(visit.day) for visit in visits}
+    streak, longest = _count_streaks(came, monday)
+    steepness, holds = _tops_by_style(session, done)
     return Progress(
         discipline=discipline,
         disciplines=disciplines_of(session, gym.id),
@@ -161,9 +161,9 @@ def progress(
         flashes=len({one.route for one in tops if one.kind in FIRST_TRIES}),
         streak=streak,
         longest=longest,
-        grades=_grades(tops),
-        months=_months([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
-        weeks=_weeks(visits, monday),
+        grades=_tops_by_grade(tops),
+        months=_months_of_tops([(f"{gym_day(one.at, zone):%Y-%m}", one) for one in tops], today),
+        weeks=_last_weeks(visits, monday),
         current=_current_routes(session, gym, {one.route for one in tops}, discipline),
         steepness=steepness,
         holds=holds,
@@ -188,11 +188,11 @@ def _read_ascents(session: Session, gym: Gym, person: UUID, discipline: Discipli
     return [_Done(*row) for row in session.execute(own)]
 
 
-def _monday(day: date) -> date:
+def _monday_of(day: date) -> date:
     return day - timedelta(days=day.weekday())
 
 
-def _streaks(came: set[date], monday: date) -> tuple[int, int]:
+def _count_streaks(came: set[date], monday: date) -> tuple[int, int]:
     """Return the current and the longest streak of weeks."""
     longest, row, before = 0, 0, None
     for week in sorted(came):
@@ -202,7 +202,7 @@ def _streaks(came: set[date], monday: date) -> tuple[int, int]:
     return (row if is_present else 0), longest
 
 
-def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
+def _tops_by_grade(tops: Iterable[_Done]) -> list[OfGrade]:
     """Return the topped routes by the grade of their last top, in order of difficulty."""
     last: dict[UUID | None, _Done] = {}
     flashed = set()
@@ -219,7 +219,7 @@ def _grades(tops: Iterable[_Done]) -> list[OfGrade]:
     return sorted(found.values(), key=lambda row: (row.worth, row.grade))
 
 
-def _months(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
+def _months_of_tops(tops: Sequence[tuple[str, _Done]], today: date) -> list[Month]:
     if not tops:
         return []
     found = {name: Month(name) for name in _month_names(min(name for name, _ in tops), today)}
@@ -245,17 +245,17 @@ def _month_names(first: str, today: date) -> list[str]:
     ]
 
 
-def _weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
+def _last_weeks(visits: Sequence[ClimbingSession], monday: date) -> list[Week]:
     """Return the weeks of the last year."""
     if not visits:
         return []
-    first = max(_monday(visits[0].day), monday - (_WEEKS - 1) * _WEEK)
+    first = max(_monday_of(visits[0].day), monday - (_WEEKS - 1) * _WEEK)
     found = {
         begins: Week(begins)
         for begins in (first + n * _WEEK for n in range((monday - first).days // 7 + 1))
     }
     for visit in visits:
-        week = found.get(_monday(visit.day))
+        week = found.get(_monday_of(visit.day))
         if week is not None:
             week.sessions += 1
             week.ascents += visit.ascents
@@ -291,7 +291,7 @@ def _current_routes(
     return found
 
 
-def _styles(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[Style]]:
+def _tops_by_style(session: Session, done: Sequence[_Done]) -> tuple[list[Style], list[Style]]:
     """Return counts by steepness and by main hold type, as the scans measured them."""
     best: dict[UUID, int] = {}  # 0: tried, 1: topped, 2: flashed
     for one in done:

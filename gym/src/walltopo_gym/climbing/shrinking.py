@@ -52,7 +52,7 @@ def shrunk_means(samples: Mapping[Key, Sample]) -> dict[Key, float]:
     items = {key: sample for key, sample in samples.items() if sample.n > 0}
     if len(items) < 2:
         return {key: sample.mean for key, sample in items.items()}
-    within, between = _variances(list(items.values()))
+    within, between = _estimate_variances(list(items.values()))
     if between == 0.0:
         whole = sum(items.values(), NOTHING).mean
         return dict.fromkeys(items, whole)
@@ -64,7 +64,7 @@ def shrunk_means(samples: Mapping[Key, Sample]) -> dict[Key, float]:
     }
 
 
-def _variances(items: list[Sample]) -> tuple[float, float]:
+def _estimate_variances(items: list[Sample]) -> tuple[float, float]:
     """Return the variance within items and between their true means; the latter is 0 if it cannot
     be estimated."""
     whole = sum(items, NOTHING)

@@ -41,11 +41,11 @@ def tallies(session: Session, routes: Iterable[UUID]) -> dict[UUID, Tally]:
     tallied = {route: Tally() for route in routes}
     _count_ascents(session, tallied)
     _count_opinions(session, tallied)
-    _grade(session, {route: tally for route, tally in tallied.items() if tally.grades})
+    _crowd_grade_of(session, {route: tally for route, tally in tallied.items() if tally.grades})
     return tallied
 
 
-def _grade(session: Session, tallied: Mapping[UUID, Tally]) -> None:
+def _crowd_grade_of(session: Session, tallied: Mapping[UUID, Tally]) -> None:
     systems = select(Route.id, GradeSystem.grades).join(
         GradeSystem, GradeSystem.id == Route.grade_system_id
     )

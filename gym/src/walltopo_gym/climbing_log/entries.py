@@ -164,13 +164,13 @@ def year_of(climbs: Iterable[LoggedClimb], year: int) -> Year:
     return Year(
         totals=totals_of(own),
         months=[by_month[month] for month in range(1, 13)],
-        grades=_commonest(grades),
-        locations=_commonest(locations),
+        grades=_most_common(grades),
+        locations=_most_common(locations),
         streak=_longest_streak({climb.day - timedelta(climb.day.weekday()) for climb in own}),
     )
 
 
-def _commonest(counts: Counter[str]) -> list[tuple[str, int]]:
+def _most_common(counts: Counter[str]) -> list[tuple[str, int]]:
     return sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))[:_SHOWN]
 
 

@@ -46,7 +46,9 @@ def plan_import(session: Session, person: UUID, file: LogFile) -> list[PlannedLi
     there = Counter(
         key
         for climb in climbs_of(session, person)
-        for key in _keys(climb.day, climb.at, climb.name, climb.location, _as_imported(climb.kind))
+        for key in _identity_keys(
+            climb.day, climb.at, climb.name, climb.location, _as_imported(climb.kind)
+        )
     )
     repeats: Counter[str] = Counter()
     met: Counter[tuple[object, ...]] = Counter()
@@ -56,7 +58,7 @@ def plan_import(session: Session, person: UUID, file: LogFile) -> list[PlannedLi
         ascent = uuid5(person, f"{file.source}\n{line.key}\n{repeats[line.key]}")
         is_known = ascent in ids
         day = day_of(line.climbed_at)
-        for key in _keys(day, line.climbed_at, line.name, line.location, line.kind):
+        for key in _identity_keys(day, line.climbed_at, line.name, line.location, line.kind):
             met[key] += 1
             is_known = is_known or met[key] <= there[key]
         planned.append(PlannedLine(line, ascent, is_known))
@@ -68,7 +70,7 @@ def import_lines(session: Session, person: UUID, file: LogFile) -> list[PlannedL
     # One person's imports come one after the other, so that two at once are one.
     lock_person(session, person)
     planned = plan_import(session, person, file)
-    rows = [_row(each, person, file.source) for each in planned if not each.is_known]
+    rows = [_row_of_line(each, person, file.source) for each in planned if not each.is_known]
     if rows:
         session.execute(insert(OtherAscent), rows)
     return planned
@@ -78,7 +80,7 @@ def _as_imported(kind: str) -> str:
     return "try" if kind in ("zone", "hang", "high-point") else kind
 
 
-def _keys(
+def _identity_keys(
     day: date, at: datetime, name: str, location: str, kind: str
 ) -> Iterator[tuple[object, ...]]:
     facts = same_key(name), same_key(location), kind
@@ -86,7 +88,7 @@ def _keys(
     yield at, *facts
 
 
-def _row(planned: PlannedLine, person: UUID, source: str) -> dict[str, object]:
+def _row_of_line(planned: PlannedLine, person: UUID, source: str) -> dict[str, object]:
     return {
         "id": planned.ascent,
         "created_at": now(),

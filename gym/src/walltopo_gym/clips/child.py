@@ -51,7 +51,7 @@ def read_in_child(
     command = python_module("walltopo_gym.clips.reader")
     with (
         child_process(command, message, errors=None) as child,  # stderr is the operator's log
-        _watched(child, limits) as ended,
+        _watch_limits(child, limits) as ended,
     ):
         for line in child.output:
             step = msgspec.json.decode(line, type=Message)
@@ -68,7 +68,7 @@ def read_in_child(
 
 
 @contextmanager
-def _watched(child: Child, limits: Limits) -> Iterator[list[Fault]]:
+def _watch_limits(child: Child, limits: Limits) -> Iterator[list[Fault]]:
     """Kill a process that exceeds a limit, during the block; the list then has the reason."""
     ended: list[Fault] = []
     is_over = threading.Event()

@@ -99,7 +99,7 @@ def read(request: ReadRequest, reporter: _Reporter) -> Found:
     ClipError : it cannot be read.
     """
     reporter.send(Phase("wall"))
-    seconds = _seconds(request)
+    seconds = _clip_seconds(request)
     folder = ScanFolder(request.scan)
     wall = ScannedWall.load(folder, landmarks_of(folder))
     route = next(one for one in wall.routes if one.id == request.route)
@@ -114,7 +114,7 @@ def read(request: ReadRequest, reporter: _Reporter) -> Found:
     return Found(msgspec.to_builtins(attempt, str_keys=True), holds)
 
 
-def _seconds(request: ReadRequest) -> float:
+def _clip_seconds(request: ReadRequest) -> float:
     """Return the video's length; infinity if its header does not declare it."""
     try:
         seconds = video_seconds(Path(request.video))

@@ -48,7 +48,7 @@ class ClipReadings:
         """Read a clip and delete its video; only delete it if the clip is not to be read."""
         one = UUID(clip)
         with self.database.writing() as session:
-            row = _claim(session, one)
+            row = _claim_clip(session, one)
             number = None if row is None else route_number(session, row.route_id, row.scan_id)
         if row is not None:
             try:
@@ -85,7 +85,9 @@ class ClipReadings:
     def _report(self, clip: UUID, phase: Phase) -> bool:
         """Store the present step; return False if the clip was deleted."""
         with self.database.writing() as session:
-            return _change(session, clip, phase=phase.name, done=phase.done, total=phase.total)
+            return _lock_unread_clip(
+                session, clip, phase=phase.name, done=phase.done, total=phase.total
+            )
 
 
 def record_failure(session: Session, failure: Failure, clip: str) -> None:
@@ -126,14 +128,14 @@ def tidy(settings: GymSettings, database: Database) -> None:
     store.drop([key for key in videos + films if key not in kept])
 
 
-def _claim(session: Session, clip: UUID) -> Clip | None:
+def _claim_clip(session: Session, clip: UUID) -> Clip | None:
     """Mark a clip as being read and return it; None if it was deleted or is read."""
-    if not _change(session, clip, state=ClipState.READING, phase="", done=0, total=None):
+    if not _lock_unread_clip(session, clip, state=ClipState.READING, phase="", done=0, total=None):
         return None
     return session.get(Clip, clip)
 
 
-def _change(session: Session, clip: UUID, **values: Any) -> bool:
+def _lock_unread_clip(session: Session, clip: UUID, **values: Any) -> bool:
     """Change a clip that is sent or being read; return whether it is."""
     pending = update(Clip).where(Clip.id == clip, Clip.state.in_(PENDING))
     return session.scalar(pending.values(**values).returning(Clip.id)) is not None
@@ -144,7 +146,7 @@ def _store_result(
 ) -> None:
     if isinstance(found, Refused):
         fault: Fault = found.fault
-        _change(session, clip, state=ClipState.UNREADABLE, fault=fault)
+        _lock_unread_clip(session, clip, state=ClipState.UNREADABLE, fault=fault)
     else:
         values = {"attempt": found.attempt, "holds": found.holds, "phase": "", "film_size": film}
-        _change(session, clip, state=ClipState.READ, **values)
+        _lock_unread_clip(session, clip, state=ClipState.READ, **values)

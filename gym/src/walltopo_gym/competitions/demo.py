@@ -64,7 +64,7 @@ def hold_cups(session: Session, event: DemoFilled) -> None:
         (_NAMES[1], at - timedelta(hours=1), at + _EVENING, 0.5),
     ):
         row = _make_competition(session, gym, name, routes, begins, ends)
-        _enter(session, row, people)
+        _enter_people(session, row, people)
         move_competition(session, row, "running")
         one = session.scalars(select(Round).where(Round.competition_id == row.id)).one()
         one.begun_at = begins
@@ -124,7 +124,7 @@ def _make_competition(
     return row
 
 
-def _enter(session: Session, row: Competition, people: Sequence[Person]) -> None:
+def _enter_people(session: Session, row: Competition, people: Sequence[Person]) -> None:
     of = select(Category).where(Category.competition_id == row.id).order_by(Category.place)
     categories = session.scalars(of).all()
     for number, person in enumerate(people):

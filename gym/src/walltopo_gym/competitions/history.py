@@ -70,7 +70,7 @@ def catch_up(
     if last is not None:
         new = new.where(ScoreEvent.seq <= last)
     rows = session.execute(new.order_by(ScoreEvent.seq)).all()
-    board.results.add(_fact(row[2:]) for row in rows)
+    board.results.add(_event_of_columns(row[2:]) for row in rows)
     if rows:
         board.seq, board.at = rows[-1].seq, rows[-1].at
     return bool(rows)
@@ -113,7 +113,7 @@ def _attempt_limits(session: Session, competition: UUID) -> dict[UUID, int]:
     return {problem: most for problem, most in session.execute(rows.where(*limited)) if most}
 
 
-def _fact(columns: Sequence[Any]) -> Fact:
+def _event_of_columns(columns: Sequence[Any]) -> Fact:
     """Return an event from its columns, those of `_FACT`."""
     return Fact(*columns)
 
@@ -130,10 +130,10 @@ def _with_strikers(
     """Return some events, and a ledger that also has the events that may strike them: an event
     strikes only events of its own competitor."""
     of = select(*_FACT).where(ScoreEvent.competition_id == competition).order_by(ScoreEvent.seq)
-    facts = [_fact(row) for row in session.execute(of.where(about))]
+    facts = [_event_of_columns(row) for row in session.execute(of.where(about))]
     strikers = of.where(
         ScoreEvent.entry_id.in_({fact.entry for fact in facts}), ScoreEvent.target_id.is_not(None)
     )
     ledger = Ledger()
-    ledger.add([*facts, *(_fact(row) for row in session.execute(strikers))])
+    ledger.add([*facts, *(_event_of_columns(row) for row in session.execute(strikers))])
     return facts, ledger

@@ -150,7 +150,7 @@ def open_link(
         session.add(judge)
     judge.used_at = now()
     session.flush()
-    access = _access(session, link, judge)
+    access = _judge_access(session, link, judge)
     check_open(access)
     return access, earlier, is_new
 
@@ -167,7 +167,7 @@ def judge_in(session: Session, link: UUID, cookie: str) -> JudgeAccess:
     judge = None if found is None else _judge_with(session, found, cookie)
     if found is None or judge is None:
         raise SignInNeededError("judge-link-not-open", "judge-link-scan")
-    return _access(session, found, judge)
+    return _judge_access(session, found, judge)
 
 
 def check_open(access: JudgeAccess) -> None:
@@ -227,7 +227,7 @@ def _judge_with(session: Session, link: JudgeLink, cookie: str) -> LinkJudge | N
     return session.scalar(select(LinkJudge).where(LinkJudge.link_id == link.id, held))
 
 
-def _access(session: Session, link: JudgeLink, judge: LinkJudge) -> JudgeAccess:
+def _judge_access(session: Session, link: JudgeLink, judge: LinkJudge) -> JudgeAccess:
     problem, one, competition, gym = _place_of(session, link)
     if not gym.has("competitions"):
         raise NotFoundError("not-there-feature")

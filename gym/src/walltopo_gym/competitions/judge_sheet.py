@@ -54,12 +54,12 @@ def judge_sheet(
     canvas.setTitle(letters.text(competition))
     width, height = sheet[0] / _ACROSS, sheet[1] / _DOWN
     for code in placed(canvas, sheet, _ACROSS, _DOWN, codes):
-        _draw(canvas, code, f"{competition} · {one}", words, letters, width, height)
+        _draw_code(canvas, code, f"{competition} · {one}", words, letters, width, height)
     canvas.save()
     return out.getvalue(), letters.missing
 
 
-def _draw(
+def _draw_code(
     canvas: Any,
     code: JudgeCode,
     where: str,

@@ -127,7 +127,7 @@ def store_event(
     one = _check_problem(session, row, body, entry)
     _check_open(row)
     _check_number(session, body, sender)
-    chain = _chain(session, body.target_id) if body.kind in STRIKING else []
+    chain = _chain_of_targets(session, body.target_id) if body.kind in STRIKING else []
     if isinstance(sender, ByLink):
         _check_link(body, sender, chain)
         for touched in _rounds_touched(session, chain, one):
@@ -256,7 +256,7 @@ def _check_number(session: Session, body: EventBody, sender: Account | ByLink) -
         raise ConflictError("event-too-many", "" if is_judge else "cup-ask-judge")
 
 
-def _chain(session: Session, event: UUID | None) -> Sequence[ScoreEvent]:
+def _chain_of_targets(session: Session, event: UUID | None) -> Sequence[ScoreEvent]:
     """Return an event, its target, the target of that, and so on to the end.
 
     Raises

@@ -196,7 +196,7 @@ class _Channel:
     def _take(self, view: BoardView | None) -> None:
         before, self._view = self._view, view or self._view
         if view is not None and before is not None and view is not before:
-            text = _difference(before, view)
+            text = _board_difference(before, view)
             if text:
                 self._number += 1
                 self._news.append((self._number, text))
@@ -238,14 +238,14 @@ def _encode_board(view: BoardView) -> str:
     return msgspec.json.encode({"kind": "board", **_view_fields(view)}).decode()
 
 
-def _difference(before: BoardView, view: BoardView) -> str:
+def _board_difference(before: BoardView, view: BoardView) -> str:
     """Return the changed lines, or the whole board if more than scores changed."""
     if (before.revision, before.frozen_at) != (view.revision, view.frozen_at):
         return _encode_board(view)
     changed = [
         CategoryLines(new.id, new.name, lines)
         for old, new in zip(before.categories, view.categories, strict=True)
-        if (lines := _changed(old.lines, new.lines))
+        if (lines := _changed_lines(old.lines, new.lines))
     ]
     if not changed and before.teams == view.teams:
         return ""
@@ -259,7 +259,7 @@ def _difference(before: BoardView, view: BoardView) -> str:
     return msgspec.json.encode(news).decode()
 
 
-def _changed(before: list[Line], now: list[Line]) -> list[Line]:
+def _changed_lines(before: list[Line], now: list[Line]) -> list[Line]:
     known = {line.entry_id: line for line in before}
     # A line that nothing touched is the same object, or at least equal.
     return [line for line in now if known.get(line.entry_id) != line]

@@ -112,7 +112,7 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
         models.Round, models.Round.id == models.Problem.round_id
     )
     for row, most in session.execute(tasks.where(of).order_by(models.Problem.place)):
-        problems[row.round_id].append(_task(row, len(problems[row.round_id]) + 1, most))
+        problems[row.round_id].append(_sheet_problem(row, len(problems[row.round_id]) + 1, most))
     starters = defaultdict[UUID, set[UUID]](set)
     started = select(models.Starter).join(models.Round, models.Round.id == models.Starter.round_id)
     for starter in session.scalars(started.where(of)):
@@ -149,7 +149,7 @@ def load_sheet(session: Session, competition: models.Competition) -> Sheet:
     )
 
 
-def _task(row: models.Problem, number: int, max_attempts: int | None) -> Task:
+def _sheet_problem(row: models.Problem, number: int, max_attempts: int | None) -> Task:
     whose = frozenset(UUID(category) for category in row.category_ids)
     label = row.label or str(number)
     return Task(row.id, label, row.colour, row.points, whose, row.holds, max_attempts)

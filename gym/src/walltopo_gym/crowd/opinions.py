@@ -52,7 +52,7 @@ def give_opinions(
         route, suits = routes[which], float(climber.suits[which])
         own = FONT.index(route.grade)
         felt = int(np.clip(own - round(0.5 * suits + rng.normal(0, 0.3)), 0, len(FONT) - 1))
-        stars = int(np.clip(round(_quality(which) + 0.4 * suits + rng.normal(0, 0.6)), 1, 5))
+        stars = int(np.clip(round(_route_quality(which) + 0.4 * suits + rng.normal(0, 0.6)), 1, 5))
         wish = "keep" if stars == 5 else "renew" if stars < 3 else ""
         session.add(
             Opinion(
@@ -61,19 +61,19 @@ def give_opinions(
                 grade=FONT[felt],
                 stars=stars,
                 wish=wish,
-                comment=_comment(session, route, felt - own, stars, rng),
+                comment=_made_comment(session, route, felt - own, stars, rng),
                 changed_at=at + timedelta(minutes=1),
             )
         )
     session.flush()
 
 
-def _quality(which: int) -> float:
+def _route_quality(which: int) -> float:
     """Return the stars that a route deserves: two routes in five are well loved."""
     return (4.4, 3.4, 3.8, 2.6, 4.1)[which % 5]
 
 
-def _comment(
+def _made_comment(
     session: Session, route: Route, harder: int, stars: int, rng: np.random.Generator
 ) -> str:
     """Return a comment that fits the vote and is new on the route; mostly an empty one."""

@@ -90,15 +90,15 @@ def add_climbers(session: Session, gym: Gym, routes: Sequence[Route], until: dat
         return
     rng = np.random.default_rng(_SEED + 1)
     since = until - timedelta(days=DAYS + 1)
-    people = [_person(session, gym, number, since) for number in range(CLIMBERS)]
+    people = [_add_climber(session, gym, number, since) for number in range(CLIMBERS)]
     session.flush()
-    session.add_all(_profile(person, number) for number, person in enumerate(people))
+    session.add_all(_made_profile(person, number) for number, person in enumerate(people))
     # Some come three times a fortnight, most now and then.
     weekly = rng.gamma(1.6, 0.45, CLIMBERS).clip(0.15, 2.0)
     for person, ability, often in zip(people, abilities(routes), weekly, strict=True):
         days = np.flatnonzero(rng.random(DAYS) < often / 7).tolist()
         climber = Climber.random(rng, float(ability), len(routes))
-        _add_log(session, gym, person, climber, routes, _dates(days, until), rng)
+        _add_log(session, gym, person, climber, routes, _dates_of_days(days, until), rng)
 
 
 def fill_own(
@@ -114,7 +114,7 @@ def fill_own(
     ability = float(np.mean([FONT.index(route.grade) for route in routes])) + _OWN_ABILITY
     days = [day for day in range(DAYS) if day % 7 in (1, 4)]
     drawn = Climber.random(rng, ability, len(routes))
-    _add_log(session, gym, person, drawn, routes, _dates(days, until), rng)
+    _add_log(session, gym, person, drawn, routes, _dates_of_days(days, until), rng)
     session.merge(Profile(person_id=climber, on_boards=True, show_ascents=Audience.GYM, feed=True))
     for number in range(CLIMBERS):
         other = select(Person.id).where(Person.email == email_of(gym, number))
@@ -132,7 +132,7 @@ def email_of(gym: Gym, number: int) -> str:
     return f"climber{number}@{gym.slug}.invalid"
 
 
-def _dates(days: Sequence[int], until: datetime) -> list[date]:
+def _dates_of_days(days: Sequence[int], until: datetime) -> list[date]:
     """Return the dates of days that are counted from `DAYS` days before `until`."""
     return [(until - timedelta(days=DAYS - day)).date() for day in days]
 
@@ -172,7 +172,7 @@ def _add_log(
     give_opinions(session, person, climber, routes, topped, rng)
 
 
-def _person(session: Session, gym: Gym, number: int, since: datetime) -> Person:
+def _add_climber(session: Session, gym: Gym, number: int, since: datetime) -> Person:
     person = Person(
         email=email_of(gym, number),
         name=_NAMES[number],
@@ -186,7 +186,7 @@ def _person(session: Session, gym: Gym, number: int, since: datetime) -> Person:
     return person
 
 
-def _profile(person: Person, number: int) -> Profile:
+def _made_profile(person: Person, number: int) -> Profile:
     """Return a profile. Three of four want to be ranked and let the gym see their ascents."""
     is_open = number % 4 != 3
     shown = Audience.GYM if is_open else Audience.NOBODY

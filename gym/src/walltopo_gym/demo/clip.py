@@ -47,7 +47,7 @@ def send_clip(
     gym, climber = to
     incoming = Incoming(settings.data / "incoming", settings.keep_free_mb).beside("clips")
     with database.writing() as session:
-        route = _route(session, gym, clip)
+        route = _route_of_clip(session, gym, clip)
         if route is None:
             return
         announced = Announced(clip.video.stat().st_size, hash_of_file(clip.video), wants_film=True)
@@ -58,7 +58,7 @@ def send_clip(
     finish_clip(database, store, incoming, gym, row.id)
 
 
-def _route(session: Session, gym: UUID, clip: DemoClip) -> Route | None:
+def _route_of_clip(session: Session, gym: UUID, clip: DemoClip) -> Route | None:
     wanted = (
         select(Route)
         .join(Wall, Wall.id == Route.wall_id)

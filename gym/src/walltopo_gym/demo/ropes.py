@@ -92,7 +92,7 @@ def _add_climbs(
         day = (until - timedelta(days=int(rng.integers(1, _DAYS)))).date()
         belays = _LINES[_ROUTES[number][3]][1]
         is_beyond = number == best
-        kind = Kind.HIGH_POINT if is_beyond else _result(rng)
+        kind = Kind.HIGH_POINT if is_beyond else _random_result(rng)
         session.add(
             new_ascent(
                 person,
@@ -108,6 +108,6 @@ def _add_climbs(
         )
 
 
-def _result(rng: np.random.Generator) -> Kind:
+def _random_result(rng: np.random.Generator) -> Kind:
     results = (Kind.ONSIGHT, Kind.FLASH, Kind.TOP, Kind.HANG)
     return results[int(rng.choice(len(results), p=(0.3, 0.15, 0.4, 0.15)))]

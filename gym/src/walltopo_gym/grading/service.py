@@ -105,10 +105,12 @@ def scale_routes(session: Session, gym: UUID, model: str) -> list[ScaleRoute]:
     ----------
     model : identity of the model of all estimates.
     """
-    spans = _spans(session, gym)
+    spans = _spans_by_system(session, gym)
     placed = _estimated_routes(session, gym, model)
-    graded = {key: _span(spans, row.grade_system_id, row.grade) for key, row in placed.items()}
-    votes = _votes(
+    graded = {
+        key: _span_of_grade(spans, row.grade_system_id, row.grade) for key, row in placed.items()
+    }
+    votes = _voted_routes(
         session,
         gym,
         spans,
@@ -135,7 +137,7 @@ def _known_grade(
     return Known(difficulty, grade, votes.number, votes.width)
 
 
-def _spans(session: Session, gym: UUID) -> dict[UUID, dict[str, Span]]:
+def _spans_by_system(session: Session, gym: UUID) -> dict[UUID, dict[str, Span]]:
     """Return the spans of each system's grades that are on a common scale."""
     systems = select(GradeSystem).where(GradeSystem.gym_id == gym)
     return {
@@ -148,7 +150,9 @@ def _spans(session: Session, gym: UUID) -> dict[UUID, dict[str, Span]]:
     }
 
 
-def _span(spans: Mapping[UUID, Mapping[str, Span]], system: UUID | None, grade: str) -> Span | None:
+def _span_of_grade(
+    spans: Mapping[UUID, Mapping[str, Span]], system: UUID | None, grade: str
+) -> Span | None:
     return spans.get(system, {}).get(grade) if system is not None else None
 
 
@@ -179,7 +183,7 @@ def _estimated_routes(session: Session, gym: UUID, model: str) -> dict[UUID, Any
     return {row.id: row for row in rows}
 
 
-def _votes(
+def _voted_routes(
     session: Session,
     gym: UUID,
     spans: Mapping[UUID, Mapping[str, Span]],
@@ -196,7 +200,7 @@ def _votes(
     given: dict[UUID, list[tuple[Span, int]]] = defaultdict(list)
     for route, label, number in rows:
         if route in graded:
-            span = _span(spans, graded[route][0], label)
+            span = _span_of_grade(spans, graded[route][0], label)
             if span is not None:
                 given[route].append((span, number))
     counted = {key: _count_votes(votes, graded[key][1]) for key, votes in given.items()}
@@ -298,7 +302,7 @@ def grade_outliers(session: Session, gym: UUID) -> GradeOutliers:
         for number, one in enumerate(graded_routes)
         if one.is_current
         and one.span is not None
-        and (outlier := _outlier(one.id, one.span, scale.range_by_others(number, one.known)))
+        and (outlier := _outlier_row(one.id, one.span, scale.range_by_others(number, one.known)))
     ]
     return GradeOutliers(
         len(graded_routes),
@@ -312,7 +316,7 @@ def _gym_scale(row: ScanPlaces, graded_routes: Sequence[ScaleRoute]) -> GymScale
     return GymScale(learnt, tuple(one.known_grade for one in graded_routes))
 
 
-def _outlier(route: UUID, span: Span, found: Range) -> GradeOutlier | None:
+def _outlier_row(route: UUID, span: Span, found: Range) -> GradeOutlier | None:
     if span.low > found.high:
         return GradeOutlier(route, found, "soft", span.low - found.high)
     if span.high < found.low:

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import Rule, actor_in, check_scope
 from walltopo_gym.accounts.actor import Actor, Scope
+from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.services import ServicesOf, rule_session
 from walltopo_gym.errors import ForbiddenError, NotFoundError, SignInNeededError
 from walltopo_gym.events import Admission, collect_answers
@@ -28,6 +29,17 @@ class Access:
     gym: Gym
     role: Role
     actor: Actor
+
+    def log_change(
+        self,
+        session: Session,
+        action: str,
+        subject: str = "",
+        **details: str | int | bool | None,
+    ) -> None:
+        """Log a change in the gym by the actor; see `accounts.audit.log_change`."""
+        person, gym = self.actor.known, self.gym.id
+        log_change(session, action, person=person, gym=gym, subject=subject, **details)
 
 
 def gym_rule(min_role: Role, scope: Scope | None) -> Any:

@@ -62,7 +62,7 @@ def change_role(session: Session, gym: UUID, person: UUID, role: Role, by: UUID)
     ------
     NotFoundError : no member; ConflictError : the gym would be left without an owner.
     """
-    membership = _member(session, gym, person)
+    membership = _membership_of(session, gym, person)
     if membership.role == Role.OWNER and role != Role.OWNER:
         _keep_an_owner(session, gym)
     membership.role = role
@@ -76,7 +76,7 @@ def remove_member(session: Session, gym: UUID, person: UUID, by: UUID) -> None:
     ------
     NotFoundError : no member; ConflictError : the gym would be left without an owner.
     """
-    membership = _member(session, gym, person)
+    membership = _membership_of(session, gym, person)
     if membership.role == Role.OWNER:
         _keep_an_owner(session, gym)
     session.delete(membership)
@@ -134,7 +134,7 @@ def use_invitation(session: Session, secret: str, person: UUID) -> tuple[Gym, Ro
     return gym, role
 
 
-def _member(session: Session, gym: UUID, person: UUID) -> Membership:
+def _membership_of(session: Session, gym: UUID, person: UUID) -> Membership:
     membership = session.get(Membership, (gym, person))
     if membership is None:
         raise NotFoundError("not-there-member")

@@ -24,7 +24,7 @@ _AHEAD: Final = timedelta(days=120)
 def planned_dates(session: Session, gym: Gym) -> list[GymDate]:
     """Return planned dates, the next first."""
     others = collect_answers(session, ComingDates(gym.id, now() + _AHEAD))
-    found = [*_resets(session, gym), *_strips(session, gym), *others]
+    found = [*_coming_resets(session, gym), *_coming_strips(session, gym), *others]
     zone = zone_of(gym)
 
     def order(date: GymDate) -> tuple[date, str]:
@@ -34,7 +34,7 @@ def planned_dates(session: Session, gym: Gym) -> list[GymDate]:
     return sorted(found, key=order)
 
 
-def _resets(session: Session, gym: Gym) -> list[GymDate]:
+def _coming_resets(session: Session, gym: Gym) -> list[GymDate]:
     planned = session.execute(
         select(Plan, Wall)
         .join(Scan, Scan.id == Plan.scan_id)
@@ -48,7 +48,7 @@ def _resets(session: Session, gym: Gym) -> list[GymDate]:
     ]
 
 
-def _strips(session: Session, gym: Gym) -> list[GymDate]:
+def _coming_strips(session: Session, gym: Gym) -> list[GymDate]:
     day = today(gym)
     going = session.execute(
         select(Route.strip_on, Wall, func.count())

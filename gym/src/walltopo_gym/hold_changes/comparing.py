@@ -139,7 +139,7 @@ def _store_result(session: Session, scan: UUID, rows: list[dict[str, Any]], erro
         row["old_id"] is not None and row["new_id"] is not None for row in rows
     )
     routes = _KeptRoutes.of(session, comparison.since_id, scan)
-    changes = [_change(scan, row, routes) for row in rows if routes.have_unplanned(row)]
+    changes = [_change_row(scan, row, routes) for row in rows if routes.have_unplanned(row)]
     if changes:
         session.add_all(changes)
         wall = session.get_one(Wall, session.get_one(Scan, scan).wall_id)
@@ -180,7 +180,7 @@ class _KeptRoutes:
         return row["what"] in ("went", "came") and bool((old | new) & self.kept)
 
 
-def _change(scan: UUID, row: dict[str, Any], routes: _KeptRoutes) -> HoldChange:
+def _change_row(scan: UUID, row: dict[str, Any], routes: _KeptRoutes) -> HoldChange:
     """Return a row as it is stored; of several routes, it names one that stayed."""
     old, new = routes.of_row(row)
     return HoldChange(

@@ -19,10 +19,10 @@ def add_changes(session: Session, question: HoldHistoryOf) -> None:
         .order_by(HoldComparison.created_at.desc())
         .limit(question.most)
     )
-    question.found.extend(HoldMoment(at, row.kind, _amount(row)) for row, at in rows)
+    question.found.extend(HoldMoment(at, row.kind, _amount_text(row)) for row, at in rows)
 
 
-def _amount(row: HoldChange) -> str:
+def _amount_text(row: HoldChange) -> str:
     """Return by how much it turned or moved."""
     if row.kind == "turned" and row.turn_deg is not None:
         return f"{abs(row.turn_deg):.0f}°"

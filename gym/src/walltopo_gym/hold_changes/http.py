@@ -11,7 +11,6 @@ from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.services import Db
 from walltopo_gym.clock import now
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
@@ -81,7 +80,7 @@ def close_hold_change(change: UUID, session: Db, access: SetterMay) -> None:
     row, wall = change_of(session, access.gym.id, change)
     if row.done_at is None:
         row.done_at = now()
-        _log(session, access, "hold-change.done", row, wall)
+        _log_hold_change(session, access, "hold-change.done", row, wall)
 
 
 @router.delete("/gyms/{gym}/hold-changes/{change}/done", status_code=204)
@@ -90,7 +89,7 @@ def reopen_hold_change(change: UUID, session: Db, access: SetterMay) -> None:
     row, wall = change_of(session, access.gym.id, change)
     if row.done_at is not None:
         row.done_at = None
-        _log(session, access, "hold-change.open", row, wall)
+        _log_hold_change(session, access, "hold-change.open", row, wall)
 
 
 def _comparison_out(one: ComparedWall) -> HoldComparisonOut:
@@ -115,12 +114,12 @@ def _change_out(change: HoldChange, route: Route | None) -> HoldChangeOut:
     )
 
 
-def _log(session: Session, access: Access, action: str, row: HoldChange, wall: Wall) -> None:
-    log_change(
+def _log_hold_change(
+    session: Session, access: Access, action: str, row: HoldChange, wall: Wall
+) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(row.id),
         wall=str(wall.id),
     )

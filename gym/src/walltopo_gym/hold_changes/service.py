@@ -53,7 +53,9 @@ def compared_walls(
     for row in session.scalars(walls.order_by(Wall.name, Wall.id)).all():
         comparison = _comparison_of(session, row)
         if comparison is not None:
-            found.append(ComparedWall(row, comparison, _changes(session, comparison, done=done)))
+            found.append(
+                ComparedWall(row, comparison, _current_changes(session, comparison, done=done))
+            )
     return found
 
 
@@ -64,7 +66,7 @@ def _comparison_of(session: Session, wall: Wall) -> HoldComparison | None:
     return session.scalar(select(HoldComparison).where(HoldComparison.scan_id.in_(same)))
 
 
-def _changes(
+def _current_changes(
     session: Session, comparison: HoldComparison, *, done: bool
 ) -> list[tuple[HoldChange, Route | None]]:
     """Return the changes of holds that are on the wall, as far as that is known."""

@@ -11,7 +11,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Note
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.gyms.access import Access, SetterMay, gym_rule
@@ -136,7 +135,7 @@ def close_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     row = report_of(session, access.gym.id, report)
     if row.done_at is None:
         mark_done(session, access.gym.id, row, done=True)
-        _log(session, access, "hold.done", row)
+        _log_hold_report(session, access, "hold.done", row)
 
 
 @router.delete("/gyms/{gym}/hold-reports/{report}/done", status_code=204)
@@ -145,7 +144,7 @@ def reopen_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     row = report_of(session, access.gym.id, report)
     if row.done_at is not None:
         mark_done(session, access.gym.id, row, done=False)
-        _log(session, access, "hold.open", row)
+        _log_hold_report(session, access, "hold.open", row)
 
 
 @router.delete("/gyms/{gym}/hold-reports/{report}", status_code=204)
@@ -153,7 +152,7 @@ def drop_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     """Delete one report for good, as for an abusive note."""
     row = report_of(session, access.gym.id, report)
     session.delete(row)
-    _log(session, access, "hold.delete", row)
+    _log_hold_report(session, access, "hold.delete", row)
 
 
 def _hold_to_check(reports: list[Open]) -> HoldToCheck:
@@ -178,12 +177,10 @@ def _hold_to_check(reports: list[Open]) -> HoldToCheck:
     )
 
 
-def _log(session: Session, access: Access, action: str, row: HoldReport) -> None:
-    log_change(
+def _log_hold_report(session: Session, access: Access, action: str, row: HoldReport) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(row.id),
         wall=str(row.wall_id),
     )

@@ -91,17 +91,17 @@ def _first_found_out(
     """Apply rules 3 and 4: return styles one of which must go, so that a set of routes stays
     hidden."""
     order = sorted(shown)
-    pieces = _pieces(order, styles, whole)
+    pieces = _inseparable_sets(order, styles, whole)
     rows = np.array([[style in of for of in pieces] for style in order], np.int8)
     rows = np.vstack([np.ones(len(pieces), np.int8), rows.reshape(len(order), len(pieces))])
-    for found in (*_determined_pieces(rows), *_differences(rows)):
+    for found in (*_determined_pieces(rows), *_differences_of_sums(rows)):
         routes = [route for at in found for route in pieces[list(pieces)[at]]]
         if not _is_safe(people, routes):
             return [style for style in order if not styles[style].isdisjoint(routes)] or order
     return []
 
 
-def _pieces(
+def _inseparable_sets(
     shown: Sequence[Style], styles: Mapping[Style, frozenset[str]], whole: frozenset[str]
 ) -> dict[frozenset[Style], list[str]]:
     """Return the sets of routes that no sum separates."""
@@ -121,7 +121,7 @@ def _determined_pieces(rows: NDArray[np.int8]) -> list[list[int]]:
     return [[int(at)] for at in np.flatnonzero(inside > 1 - _CLOSE)]
 
 
-def _differences(rows: NDArray[np.int8]) -> list[list[int]]:
+def _differences_of_sums(rows: NDArray[np.int8]) -> list[list[int]]:
     """Return the sets of pieces that two or three sums, added and subtracted, amount to."""
     found: set[tuple[int, ...]] = set()
     for size in (2, 3):

@@ -12,7 +12,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.grades import GradeBounds
 from walltopo_gym.api.services import Db, ServicesOf
@@ -301,7 +300,7 @@ def put_targets(body: GradeTargets, services: ServicesOf, access: SetterMay) -> 
         check_targets(session, access.gym.id, cells)
         aims = _read_aims(session, access)
         aims.targets = [cell.model_dump(mode="json") for cell in body.cells]
-        _log(session, access, "insights.targets")
+        _log_insight(session, access, "insights.targets")
     with services.database.reading() as session:
         return route_insights(session, access.gym)
 
@@ -314,7 +313,7 @@ def put_stock(body: StockBody, services: ServicesOf, access: SetterMay) -> HoldI
     with services.database.writing() as session:
         aims = _read_aims(session, access)
         aims.stock, aims.wash_after = [row.model_dump() for row in body.rows], body.wash_after
-        _log(session, access, "insights.stock")
+        _log_insight(session, access, "insights.stock")
     with services.database.reading() as session:
         return hold_insights(session, services.store, access.gym)
 
@@ -324,7 +323,7 @@ def wash_wall(wall: UUID, services: ServicesOf, access: SetterMay) -> HoldInsigh
     """Record that a wall's holds were washed now."""
     with services.database.writing() as session:
         session.add(Washing(wall_id=wall_of(session, access.gym.id, wall).id))
-        _log(session, access, "wall.wash", str(wall))
+        _log_insight(session, access, "wall.wash", str(wall))
     with services.database.reading() as session:
         return hold_insights(session, services.store, access.gym)
 
@@ -339,7 +338,7 @@ def drop_washing(
         if row is None or row.wall_id != wall_of(session, access.gym.id, wall).id:
             raise NotFoundError("not-there-washing")
         session.delete(row)
-        _log(session, access, "wall.no-wash", str(wall))
+        _log_insight(session, access, "wall.no-wash", str(wall))
     with services.database.reading() as session:
         return hold_insights(session, services.store, access.gym)
 
@@ -350,13 +349,11 @@ def _read_aims(session: Session, access: Access) -> Aims:
     return aims
 
 
-def _log(session: Session, access: Access, action: str, subject: str = "") -> None:
+def _log_insight(session: Session, access: Access, action: str, subject: str = "") -> None:
     session.flush()
-    log_change(
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=subject or access.gym.slug,
     )
 

@@ -269,7 +269,7 @@ def _votes(
         one.renew += number if wish == "renew" else 0
         if grade:
             grades[route][grade] += number
-            steps = _steps(labels, *graded[route], grade)
+            steps = _steps_above_grade(labels, *graded[route], grade)
             if steps is not None:
                 one.off += Sample(number, number * steps, number * steps**2)
     for route, given in grades.items():
@@ -278,7 +278,7 @@ def _votes(
     return found
 
 
-def _steps(
+def _steps_above_grade(
     labels: Mapping[UUID | None, Sequence[str]], system: UUID | None, grade: str, vote: str
 ) -> int | None:
     """Return a vote's steps above the route's grade; None for a grade outside the system."""

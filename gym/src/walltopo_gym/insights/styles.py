@@ -112,7 +112,7 @@ def styles(session: Session, gym: Gym, at: datetime, by: str) -> Styles:
     since = until - _YEAR
     climbed = _read_tops(session, gym, since, until)
     routes = _route_styles(session, gym)
-    groups = _groups(session, gym, climbed, by)
+    groups = _groups_of_people(session, gym, climbed, by)
     of_person = {person: group.key for group, people in groups.items() for person in people}
     numbers = {person: number for number, person in enumerate(of_person)}
     votes = [
@@ -228,7 +228,9 @@ def _route_styles(session: Session, gym: Gym) -> dict[Style, frozenset[str]]:
     return {style: frozenset(found[style]) for style in sorted(found)}
 
 
-def _groups(session: Session, gym: Gym, climbed: list[_Climbed], by: str) -> dict[Group, list[str]]:
+def _groups_of_people(
+    session: Session, gym: Gym, climbed: list[_Climbed], by: str
+) -> dict[Group, list[str]]:
     """Return each person's group; a small one joins the next (the last: the one before)."""
     if by == "bands":
         sorted_in = _by_band(climbed)

@@ -65,14 +65,14 @@ def finish_inspection(
         raise RequestError("inspection-has-defects", "inspection-other-result")
     row.finished_at, row.finished_by = now(), person
     row.result, row.remarks = result.value, remarks
-    row.record = canonical_text(_record(session, gym, row, facts, names))
+    row.record = canonical_text(_signed_record(session, gym, row, facts, names))
     signed = sign_text(session, person, row.record)
     row.public_key, row.signature = signed.public_key, signed.signature
     row.code = code_of(row.record)
     session.flush()
 
 
-def _record(
+def _signed_record(
     session: Session,
     gym: Gym,
     row: Inspection,

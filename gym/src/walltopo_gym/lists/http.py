@@ -14,7 +14,6 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, Name, Note
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
@@ -127,7 +126,7 @@ def list_lists(
     page, following = page_of(session, rows, ClimbList, cursor, size)
     items = {UUID(item) for row in page for item in row.items}
     climbed = own_climbs(session, _viewer(access), items)
-    return Page(items=_summaries(session, access, page, climbed), next=following)
+    return Page(items=_list_summaries(session, access, page, climbed), next=following)
 
 
 @router.get("/gyms/{gym}/lists/{list_id}")
@@ -193,7 +192,7 @@ def hide_list(list_id: UUID, session: Db, access: SetterMay) -> None:
     row = _list(session, access, list_id)
     if row.hidden_at is None:
         row.hidden_at = now()
-        _log(session, access, "list.hide", row)
+        access.log_change(session, "list.hide", str(row.id))
 
 
 @router.delete("/gyms/{gym}/lists/{list_id}/hidden", status_code=204)
@@ -202,7 +201,7 @@ def show_list(list_id: UUID, session: Db, access: SetterMay) -> None:
     row = _list(session, access, list_id)
     if row.hidden_at is not None:
         row.hidden_at = None
-        _log(session, access, "list.show", row)
+        access.log_change(session, "list.show", str(row.id))
 
 
 def _viewer(access: Access) -> Viewer:
@@ -217,7 +216,7 @@ def _list(session: Session, access: Access, key: UUID) -> ClimbList:
     return list_of(session, access.gym.id, key, _viewer(access))
 
 
-def _summaries(
+def _list_summaries(
     session: Session, access: Access, rows: list[ClimbList], climbed: Container[UUID]
 ) -> list[ListSummary]:
     """Return rows of a table; `climbed`: the items that one has climbed."""
@@ -252,7 +251,7 @@ def _list_out(session: Session, access: Access, row: ClimbList) -> ListOut:
     viewer = _viewer(access)
     ids = [UUID(item) for item in row.items]
     climbed = own_climbs(session, viewer, ids)
-    [summary] = _summaries(session, access, [row], climbed)
+    [summary] = _list_summaries(session, access, [row], climbed)
     climbs = listed_climbs(session, access.gym.id, viewer, ids)
     items = [
         ListItem(id=item, kind="gone")
@@ -261,10 +260,6 @@ def _list_out(session: Session, access: Access, row: ClimbList) -> ListOut:
         for item in ids
     ]
     return ListOut(**summary.model_dump(), items=items)
-
-
-def _log(session: Session, access: Access, action: str, row: ClimbList) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id))
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

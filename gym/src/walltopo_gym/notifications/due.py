@@ -74,13 +74,17 @@ def _of_gym_alone(session: Session, gym: Gym) -> list[Row]:
     """Return a gym's messages; none on an error, so that other gyms do not wait."""
     try:
         with session.begin_nested():
-            return [*_digests(session, gym), *_new_routes(session, gym), *_soon(session, gym)]
+            return [
+                *_due_digests(session, gym),
+                *_new_routes(session, gym),
+                *_projects_that_go(session, gym),
+            ]
     except Exception:
         _LOG.exception("gym %s: its messages cannot be made", gym.slug)
         return []
 
 
-def _digests(session: Session, gym: Gym) -> Iterator[Row]:
+def _due_digests(session: Session, gym: Gym) -> Iterator[Row]:
     zone = zone_of(gym)
     local = now().astimezone(zone)
     monday = local.date() - timedelta(days=local.weekday())
@@ -94,7 +98,9 @@ def _digests(session: Session, gym: Gym) -> Iterator[Row]:
     walls = {wall.id: wall for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     subject = f"{gym.id} {monday}"
     for preferences in to:
-        goes = _projects(session, gym, preferences.person_id, monday + timedelta(days=2 * _WEEK))
+        goes = _projects_until(
+            session, gym, preferences.person_id, monday + timedelta(days=2 * _WEEK)
+        )
         week = _Week(new, goes, walls)
         if preferences.digest_by == "push":
             shown = partial(_digest_push, gym, week)
@@ -181,13 +187,13 @@ def _new_routes(session: Session, gym: Gym) -> Iterator[Row]:
     )
 
 
-def _soon(session: Session, gym: Gym) -> Iterator[Row]:
+def _projects_that_go(session: Session, gym: Gym) -> Iterator[Row]:
     to = recipient_preferences(session, gym.id, "soon")
     if not to:
         return
     names = {wall.id: wall.name for wall in session.scalars(select(Wall).filter_by(gym_id=gym.id))}
     for preferences in to:
-        for route in _projects(session, gym, preferences.person_id, today(gym) + _SOON):
+        for route in _projects_until(session, gym, preferences.person_id, today(gym) + _SOON):
             subject = f"{route.id} {route.strip_on}"
             shown = partial(_stripping_message, gym, names[route.wall_id], route)
             notice = Notice("soon", subject, str(route.id), "soon", shown)
@@ -201,7 +207,7 @@ def _stripping_message(gym: Gym, wall: str, route: Route, words: Words) -> Shown
     return Shown(words.say("push_soon"), text, f"/g/{gym.slug}/w/{route.wall_id}/r/{route.id}")
 
 
-def _projects(session: Session, gym: Gym, person: UUID, until: date) -> list[Route]:
+def _projects_until(session: Session, gym: Gym, person: UUID, until: date) -> list[Route]:
     """Return a person's unfinished projects that will be stripped by a day."""
     mine = session.execute(
         select(Ascent.kind, Route)

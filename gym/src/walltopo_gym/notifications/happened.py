@@ -33,7 +33,7 @@ def hold_reported(session: Session, event: HoldReported) -> None:
         return Shown(words.say("push_hold"), _hold_text(session, words, event), path)
 
     notice = Notice("hold_reported", str(event.report), str(event.report), "hold_reports", shown)
-    notify(session, gym, notice, _setters(session, gym) - {event.person})
+    notify(session, gym, notice, _setters_of(session, gym) - {event.person})
 
 
 def holds_changed(session: Session, event: HoldsChanged) -> None:
@@ -46,7 +46,7 @@ def holds_changed(session: Session, event: HoldsChanged) -> None:
         return Shown(words.say("push_hold_changes"), text, path)
 
     notice = Notice("holds_changed", str(event.scan), str(event.wall), "hold_reports", shown)
-    notify(session, gym, notice, _setters(session, gym))
+    notify(session, gym, notice, _setters_of(session, gym))
 
 
 def hold_report_done(session: Session, event: HoldReportDone) -> None:
@@ -102,10 +102,10 @@ def inspection_due(session: Session, event: InspectionDue) -> None:
     subject = f"{gym.id} {event.level} {event.on}"
     tag = f"{gym.id} {event.level}"
     notice = Notice("inspection", subject, tag, "inspections", shown)
-    notify(session, gym, notice, _setters(session, gym))
+    notify(session, gym, notice, _setters_of(session, gym))
 
 
-def _setters(session: Session, gym: Gym) -> set[UUID]:
+def _setters_of(session: Session, gym: Gym) -> set[UUID]:
     setters = select(Membership.person_id).where(
         Membership.gym_id == gym.id, Membership.role.in_((Role.SETTER, Role.OWNER))
     )

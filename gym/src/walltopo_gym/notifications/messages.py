@@ -122,7 +122,7 @@ def message_row(
 
 def unstored_messages(session: Session, rows: Iterable[Row]) -> list[Row]:
     """Return the messages that are not stored yet, each once."""
-    wanted = {_key(row): row for row in rows}
+    wanted = {_message_key(row): row for row in rows}
     there = select(Message.person_id, Message.kind, Message.subject, Message.target)
     subjects = {row["subject"] for row in wanted.values()}
     known = {tuple(row) for row in session.execute(there.where(Message.subject.in_(subjects)))}
@@ -145,5 +145,5 @@ def store_messages(session: Session, rows: Iterable[Row]) -> int:
     return new
 
 
-def _key(row: Row) -> tuple[UUID, str, str, str]:
+def _message_key(row: Row) -> tuple[UUID, str, str, str]:
     return row["person_id"], row["kind"], row["subject"], row["target"]

@@ -95,13 +95,13 @@ def check_backup(source: Path, tables: str) -> Contents:
     try:
         with tarfile.open(source, "r:") as tar:
             for entry in tar:
-                content = _content(source, tar, entry)
+                content = _entry_content(source, tar, entry)
                 if entry.name in hashes or (entry.name == CONTENTS and listed is not None):
                     raise InputError(f"{source}: {_quote_name(entry.name)} is in it twice")
                 if entry.name == CONTENTS:
                     listed = msgspec.json.decode(content.read(), type=Contents)
                 else:
-                    hashes[entry.name] = _hash(content)
+                    hashes[entry.name] = _hash_content(content)
     except _DAMAGE as error:
         raise InputError(f"{source}: cannot be read as a backup ({error})") from error
     if listed is None or listed.hashes != hashes:
@@ -123,7 +123,7 @@ def tables_size(source: Path) -> int:
     return first.size if first is not None and first.name in TABLES.values() else 0
 
 
-def _content(source: Path, tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
+def _entry_content(source: Path, tar: tarfile.TarFile, entry: tarfile.TarInfo) -> IO[bytes]:
     """Return the content of an entry of a backup.
 
     Raises
@@ -171,7 +171,7 @@ def _quote_name(name: str) -> str:
     return repr(name if len(name) <= 100 else f"{name[:100]}...")
 
 
-def _hash(content: IO[bytes]) -> str:
+def _hash_content(content: IO[bytes]) -> str:
     digest = hashlib.sha256()
     while piece := content.read(1 << 20):
         digest.update(piece)

@@ -199,7 +199,7 @@ class BackupRuns:
         report(0, 0)
         with target.local_copy(row.name, work) as file:
             trial = compare_restored(self.settings, file, report)
-        target.save_facts(row.name, _facts(trial, target.find(row.name)))
+        target.save_facts(row.name, _backup_facts(trial, target.find(row.name)))
         return trial
 
     def _progress(self, run: UUID, step: str) -> Callable[[int, int], None]:
@@ -286,7 +286,7 @@ def record_failure(session: Session, failure: Failure, run: str) -> None:
         _end_run(session, row, failure.error)
 
 
-def _facts(trial: Trial, found: StoredBackup) -> BackupFacts:
+def _backup_facts(trial: Trial, found: StoredBackup) -> BackupFacts:
     """Return the facts about a backup after its trial."""
     return BackupFacts(
         made_at=trial.made_at or found.stored_at,

@@ -59,7 +59,7 @@ def dump_tables(database: Database, to: Path) -> dict[str, TableDigest]:
             "--no-owner",
             f"--snapshot={snapshot}",
             f"--file={to}",
-            f"--dbname={_libpq(database)}",
+            f"--dbname={_libpq_address(database)}",
         )
         return _postgres_digests(connection)
 
@@ -120,7 +120,7 @@ def load_tables(database: Database, source: Path) -> None:
             "--no-owner",
             "--exit-on-error",
             "--single-transaction",
-            f"--dbname={_libpq(database)}",
+            f"--dbname={_libpq_address(database)}",
             str(source),
         )
 
@@ -144,7 +144,7 @@ def _sqlite_digests(connection: sqlite3.Connection) -> dict[str, TableDigest]:
     found = {}
     for name in names:
         rows = connection.execute(f"SELECT * FROM {quote_name(name)}")
-        found[name] = _digest(repr(row).encode() for row in rows)
+        found[name] = _digest_rows(repr(row).encode() for row in rows)
     return found
 
 
@@ -171,11 +171,11 @@ def _postgres_digests(connection: Connection) -> dict[str, TableDigest]:
         place = f"{quote_name(schema)}.{quote_name(table)}"
         rows = f"SELECT walltopo_row::text FROM {place} walltopo_row"
         streamed = connection.execution_options(yield_per=_AT_ONCE).exec_driver_sql(rows)
-        found[f"{schema}.{table}"] = _digest(row.encode() for row in streamed.scalars())
+        found[f"{schema}.{table}"] = _digest_rows(row.encode() for row in streamed.scalars())
     return found
 
 
-def _digest(rows: Iterable[bytes]) -> TableDigest:
+def _digest_rows(rows: Iterable[bytes]) -> TableDigest:
     """Return the number of rows and the sum of their hashes, which no order changes."""
     count = total = 0
     for row in rows:
@@ -188,7 +188,7 @@ def _sqlite_file(database: Database) -> str:
     return str(make_url(database.url).database)
 
 
-def _libpq(database: Database) -> str:
+def _libpq_address(database: Database) -> str:
     url = make_url(database.url).set(drivername="postgresql")
     return url.render_as_string(hide_password=False)
 

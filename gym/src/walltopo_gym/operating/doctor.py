@@ -58,18 +58,18 @@ class Finding:
 
 def examine(settings: GymSettings) -> Iterator[Finding]:
     """Run all checks. Nothing changes but a test file in the store."""
-    yield _database(settings)
-    yield _store(settings)
+    yield _check_database(settings)
+    yield _check_store(settings)
     yield _disk_space(settings)
-    yield _address(settings)
-    yield _mail(settings)
+    yield _check_address(settings)
+    yield _check_mail(settings)
     yield _scan_settings(settings)
     if settings.own_networks:
-        yield _training()
+        yield _check_training()
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         return
-    yield _workers(settings)
-    yield _backups(settings)
+    yield _check_workers(settings)
+    yield _check_backups(settings)
 
 
 def _run_check(what: str, mend: str, try_it: Callable[[], tuple[Health, str]]) -> Finding:
@@ -86,7 +86,7 @@ def _run_check(what: str, mend: str, try_it: Callable[[], tuple[Health, str]]) -
     return Finding(what, state, message, "" if state == "well" else mend)
 
 
-def _database(settings: GymSettings) -> Finding:
+def _check_database(settings: GymSettings) -> Finding:
     if not settings.database and not (settings.data / "gym.sqlite").is_file():
         message = f"{settings.data}: no gym here yet; `serve` makes one"
         return Finding("database", "look", message, "walltopo gym serve --data DIR")
@@ -99,7 +99,7 @@ def _database(settings: GymSettings) -> Finding:
     return _run_check("database", "walltopo gym migrate --data DIR", connect)
 
 
-def _store(settings: GymSettings) -> Finding:
+def _check_store(settings: GymSettings) -> Finding:
     def write() -> tuple[Health, str]:
         store = open_store(settings)
         key = f"doctor/{uuid4().hex}"
@@ -127,14 +127,14 @@ def _disk_space(settings: GymSettings) -> Finding:
     return _run_check("room", "walltopo gym purge --data DIR", measure)
 
 
-def _address(settings: GymSettings) -> Finding:
+def _check_address(settings: GymSettings) -> Finding:
     if settings.is_secure:
         return Finding("address", "well", settings.link_base)
     message = f"{settings.link_base}: browsers keep no sign-in without https"
     return Finding("address", "bad", message, 'address = "https://walls.gym.example"')
 
 
-def _mail(settings: GymSettings) -> Finding:
+def _check_mail(settings: GymSettings) -> Finding:
     if not settings.smtp_host:
         message = "mails are shown in the log alone; set `smtp_host`"
         return Finding("mail", "look", message, 'smtp_host = "mail.gym.example"')
@@ -154,7 +154,7 @@ def _scan_settings(settings: GymSettings) -> Finding:
     return _run_check("scans", 'scan_settings = "walltopo.toml"', read)
 
 
-def _training() -> Finding:
+def _check_training() -> Finding:
     lacking = [name for name in ("walltopo_lab", "torch") if find_spec(name) is None]
     if lacking:
         message = f"{' and '.join(lacking)} is not here"
@@ -163,7 +163,7 @@ def _training() -> Finding:
     return Finding("own networks", "well", "trained at night")
 
 
-def _workers(settings: GymSettings) -> Finding:
+def _check_workers(settings: GymSettings) -> Finding:
     def count() -> tuple[Health, str]:
         with closing(Database(settings.database_url)) as database:
             alive = count_living_workers(settings, database)
@@ -176,7 +176,7 @@ def _workers(settings: GymSettings) -> Finding:
     return _run_check("workers", "walltopo gym worker --data DIR", count)
 
 
-def _backups(settings: GymSettings) -> Finding:
+def _check_backups(settings: GymSettings) -> Finding:
     def look() -> tuple[Health, str]:
         if not settings.backup_to:
             return "look", "none are made; set `backup_to`"

@@ -92,7 +92,7 @@ def list_jobs(database: Database) -> Jobs:
     check_unlocked("jobs are listed")
     rows = database.jobs.list_workflows(status=_ASIDE, limit=_MAX + 1, sort_desc=True)
     with database.reading() as session:
-        slugs = _slugs(session, rows)
+        slugs = _slugs_by_key(session, rows)
     aside = [_set_aside_job(row, slugs) for row in rows]
     return Jobs(scans[:_MAX], aside[:_MAX], more=max(len(scans), len(aside)) > _MAX)
 
@@ -139,7 +139,7 @@ def _set_aside_job(row: WorkflowStatus, slugs: dict[str, str]) -> SetAsideJob:
     )
 
 
-def _slugs(session: Session, rows: list[WorkflowStatus]) -> dict[str, str]:
+def _slugs_by_key(session: Session, rows: list[WorkflowStatus]) -> dict[str, str]:
     """Return the slugs of the gyms of jobs by the key of their queue's part."""
     ids = set()
     for row in rows:

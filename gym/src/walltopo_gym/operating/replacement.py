@@ -103,7 +103,7 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
     check_places(settings)
     with lock_data_folder(settings.data):
         check_unused(settings)
-        with _staged(settings, source, report):
+        with _staged_restore(settings, source, report):
             check_unused(settings)
             new = settings.data / NEW
             parts = [name for name in _PARTS if os.path.lexists(new / name)]
@@ -225,7 +225,7 @@ def check_places(settings: GymSettings) -> None:
 
 
 @contextmanager
-def _staged(settings: GymSettings, source: Path, report: Progress) -> Iterator[None]:
+def _staged_restore(settings: GymSettings, source: Path, report: Progress) -> Iterator[None]:
     """Restore a backup beside the present data; remove what is left of it after the block."""
     folder = settings.data / NEW
     shutil.rmtree(folder, ignore_errors=True)
@@ -275,7 +275,7 @@ def _carry_out_or_undo(settings: GymSettings, switch: Switch) -> None:
         _carry_out(settings, switch)
     except (OSError, SQLAlchemyError, WalltopoError):
         try:
-            _undo(settings, switch)
+            _move_back(settings, switch)
         except (OSError, SQLAlchemyError, WalltopoError):
             _LOG.exception("%s: the next start goes on", settings.data / NOTE)
         raise
@@ -288,13 +288,13 @@ def _carry_out(settings: GymSettings, switch: Switch) -> None:
         if name not in switch.parts or os.path.lexists(new / name):
             _move_part(settings.data / name, aside / name)
         _move_part(new / name, settings.data / name)
-    _exchange(settings, switch)
+    _exchange_databases(settings, switch)
     os.sync()
     (settings.data / NOTE).unlink()
     shutil.rmtree(new, ignore_errors=True)
 
 
-def _undo(settings: GymSettings, switch: Switch) -> None:
+def _move_back(settings: GymSettings, switch: Switch) -> None:
     """Move all parts back, unless the databases were exchanged."""
     if is_postgres(settings) and not _has_new_database(settings):
         return
@@ -309,7 +309,7 @@ def _undo(settings: GymSettings, switch: Switch) -> None:
         aside.rmdir()
 
 
-def _exchange(settings: GymSettings, switch: Switch) -> None:
+def _exchange_databases(settings: GymSettings, switch: Switch) -> None:
     """Exchange PostgreSQL's databases, unless that was done."""
     if is_postgres(settings) and _has_new_database(settings):
         new = name_beside(settings, _NEW_DATABASE)

@@ -112,7 +112,7 @@ def carry_out(settings: GymSettings, wanted: WantedRestoration) -> None:
     """
     error = ""
     try:
-        with _source(settings, wanted.name) as file:
+        with _backup_source(settings, wanted.name) as file:
             replace_data(settings, file)
     except (WalltopoError, BaseError, OSError, SQLAlchemyError, sqlite3.Error) as why:
         if (settings.data / NOTE).exists():
@@ -129,7 +129,7 @@ def carry_out(settings: GymSettings, wanted: WantedRestoration) -> None:
 
 
 @contextmanager
-def _source(settings: GymSettings, name: str) -> Iterator[Path]:
+def _backup_source(settings: GymSettings, name: str) -> Iterator[Path]:
     """Yield the file of a backup at the target, or of the uploaded one, which is then deleted."""
     if name == UPLOADED:
         try:

@@ -20,7 +20,7 @@ _SILENT: Final = frozenset({0x200C, 0x200D, 0x2060, 0xFE0E, 0xFE0F, 0xFEFF})
 
 
 @cache
-def _fonts() -> dict[str, Any]:
+def _register_fonts() -> dict[str, Any]:
     """Register both fonts with reportlab."""
     from reportlab.pdfbase.pdfmetrics import registerFont, registerFontFamily
     from reportlab.pdfbase.ttfonts import TTFont
@@ -50,7 +50,7 @@ class PrintableText:
     """The text of one document; `missing` has the characters that the font lacks."""
 
     def __init__(self) -> None:
-        self._glyphs = _fonts()[PLAIN].face.charToGlyph
+        self._glyphs = _register_fonts()[PLAIN].face.charToGlyph
         self.missing: set[str] = set()
 
     def text(self, words: str) -> str:
@@ -70,7 +70,7 @@ class PrintableText:
 
     def width(self, words: str, size: float, *, bold: bool = False) -> float:
         """Return the width in points of text from `text`."""
-        width: float = _fonts()[BOLD if bold else PLAIN].stringWidth(words, size)
+        width: float = _register_fonts()[BOLD if bold else PLAIN].stringWidth(words, size)
         return width
 
     def cut(self, words: str, room: float, size: float, *, bold: bool = False) -> str:

@@ -16,7 +16,6 @@ from walltopo_climb.grades.model import shipped_identity
 from walltopo_climb.movement.reach import HEIGHTS
 from walltopo_gym.accounts.access import SignedInMay
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_estimate, count_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Complaint, Moment, Name, Note, Text
@@ -335,7 +334,7 @@ def promote_problem(problem: UUID, services: ServicesOf, access: PublisherMay) -
         row = _problem(session, access, problem)
         wall = session.get_one(Wall, row.wall_id)
         route = make_route(session, wall, row)
-        _log(session, access, "problem.promote", row, route=str(route.id))
+        access.log_change(session, "problem.promote", str(row.id), route=str(route.id))
     with services.database.reading() as session:
         return _climber_problem(session, services.store, access, row)
 
@@ -406,7 +405,7 @@ def dismiss_problem_report(report: UUID, session: Db, access: SetterMay) -> None
         raise NotFoundError("not-there-report")
     problem = _problem(session, access, row.problem_id)
     session.delete(row)
-    _log(session, access, "problem.keep", problem)
+    access.log_change(session, "problem.keep", str(problem.id))
 
 
 @router.put("/gyms/{gym}/problems/{problem}/hidden", status_code=204)
@@ -415,7 +414,7 @@ def hide_problem(problem: UUID, session: Db, access: SetterMay) -> None:
     row = _problem(session, access, problem)
     row.hidden_at = row.hidden_at or now()
     session.execute(delete(ProblemReport).where(ProblemReport.problem_id == row.id))
-    _log(session, access, "problem.hide", row)
+    access.log_change(session, "problem.hide", str(row.id))
 
 
 @router.delete("/gyms/{gym}/problems/{problem}/hidden", status_code=204)
@@ -424,7 +423,7 @@ def show_problem(problem: UUID, session: Db, access: SetterMay) -> None:
     row = _problem(session, access, problem)
     if row.hidden_at is not None:
         row.hidden_at = None
-        _log(session, access, "problem.show", row)
+        access.log_change(session, "problem.show", str(row.id))
 
 
 def _problem_draft(session: Session, access: Access, body: NewProblem) -> ProblemDraft:
@@ -486,12 +485,6 @@ def _problem_out(access: Access, one: Shown) -> ClimberProblem:
         route_id=row.route_id,
         hidden=row.hidden_at is not None,
         created_at=row.created_at,
-    )
-
-
-def _log(session: Session, access: Access, action: str, row: Problem, **facts: str) -> None:
-    log_change(
-        session, action, person=access.actor.known, gym=access.gym.id, subject=str(row.id), **facts
     )
 
 

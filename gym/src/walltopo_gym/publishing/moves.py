@@ -78,7 +78,7 @@ class SuggestedMoves:
             with tempfile.TemporaryDirectory() as name:
                 folder = ScanFolder(Path(name))
                 download_files(self.store, one, folder, folder.holds, folder.routes)
-                found, facts = _moves(folder, numbers)
+                found, facts = _possible_moves(folder, numbers)
                 found.save(folder.moves)
                 file = store_public_file(self.store, folder.moves)
         except (NotFoundError, InputError) as error:  # another try would find the same files
@@ -90,7 +90,7 @@ class SuggestedMoves:
             row = _locked_version(session, one)
             if row is not None:
                 row.files = {**row.files, MOVES_FILE: file}
-                row.moves = _summary([each.route for each in found.routes])
+                row.moves = _moves_summary([each.route for each in found.routes])
                 for placement in session.scalars(select(Placement).where(Placement.scan_id == one)):
                     for name, value in facts.get(placement.number, {}).items():
                         setattr(placement, name, value)
@@ -105,10 +105,10 @@ def record_failure(session: Session, failure: Failure, scan: str) -> None:
 def _store_failure(session: Session, scan: UUID, error: str) -> None:
     row = _locked_version(session, scan)
     if row is not None:
-        row.moves = _summary([], error.partition("\n")[0] or "unknown")
+        row.moves = _moves_summary([], error.partition("\n")[0] or "unknown")
 
 
-def _summary(routes: list[int], error: str = "") -> dict[str, Any]:
+def _moves_summary(routes: list[int], error: str = "") -> dict[str, Any]:
     """Return the value of `Scan.moves`."""
     return {"routes": routes, "error": error}
 
@@ -124,21 +124,23 @@ def _is_wanted(row: Scan | None) -> bool:
     return row is not None and row.state in _PUBLIC and row.moves is None
 
 
-def _moves(folder: ScanFolder, numbers: frozenset[int]) -> tuple[Moves, dict[int, dict[str, Any]]]:
+def _possible_moves(
+    folder: ScanFolder, numbers: frozenset[int]
+) -> tuple[Moves, dict[int, dict[str, Any]]]:
     """Return the moves of those of these routes on which some body can leave the ground, and the
     facts of each route by its number."""
     holds, routes, unit = read_wall(folder.root)
     rows, facts = [], {}
     for route in routes:
         if route.id in numbers:
-            facts[route.id] = _facts(route, holds, unit)
+            facts[route.id] = _placement_columns(route, holds, unit)
             climbers = climber_rows(route, holds, unit, _BODIES)
             if any(climber.moves for climber in climbers):
                 rows.append(RouteMoves(route.id, climbers))
     return Moves(unit=unit, made_for=moves_basis(holds, routes), routes=tuple(rows)), facts
 
 
-def _facts(route: Route, holds: Sequence[Hold], unit: float) -> dict[str, Any]:
+def _placement_columns(route: Route, holds: Sequence[Hold], unit: float) -> dict[str, Any]:
     """Return columns of `Placement` by name."""
     heights = reaching_heights(route, holds, unit)
     climbed = climb_route(route, holds, unit)

@@ -48,7 +48,7 @@ def _json_value(value: object) -> object:
     return str(value) if isinstance(value, UUID | date) else value
 
 
-def _facts(kept: Mapping[str, Any]) -> dict[str, object]:
+def _facts_of_json(kept: Mapping[str, Any]) -> dict[str, object]:
     """Return facts from their JSON values."""
     read: dict[str, object] = dict(kept)
     for name in _DATES & kept.keys():
@@ -153,4 +153,6 @@ def _carry_out(session: Session, scan: UUID) -> None:
 
 def _entry_from_json(kept: Mapping[str, Any]) -> Entry:
     route = kept["route"]
-    return Entry(kept["number"], None if route is None else UUID(route), _facts(kept["facts"]))
+    return Entry(
+        kept["number"], None if route is None else UUID(route), _facts_of_json(kept["facts"])
+    )

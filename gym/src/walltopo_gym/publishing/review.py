@@ -43,20 +43,23 @@ def regressions_against(before: Manifest | None, after: Manifest) -> list[str]:
     after : of the scan.
     """
     warnings = []
-    photos, placed = _figure(after, "sparse", "photos"), _figure(after, "sparse", "registered")
+    photos, placed = (
+        _stage_figure(after, "sparse", "photos"),
+        _stage_figure(after, "sparse", "registered"),
+    )
     if placed < _MIN_PLACED * photos:
         warnings.append(
             f"Only {placed:.0f} of {photos:.0f} photos could be placed: parts may be missing."
         )
     if before is None:
         return warnings
-    areas = [_figure(scan, "dense", "area") for scan in (before, after)]
+    areas = [_stage_figure(scan, "dense", "area") for scan in (before, after)]
     if areas[1] < _MIN_AREA * areas[0]:
         warnings.append(
             f"The wall has {areas[1]:.0f} m², the published version {areas[0]:.0f} m²: "
             "routes beyond its edge would count as stripped."
         )
-    holds = [_figure(scan, "classify", "holds") for scan in (before, after)]
+    holds = [_stage_figure(scan, "classify", "holds") for scan in (before, after)]
     if holds[1] < _MIN_HOLDS * holds[0]:
         warnings.append(
             f"{holds[1]:.0f} holds were found, {holds[0]:.0f} in the published version."
@@ -64,7 +67,7 @@ def regressions_against(before: Manifest | None, after: Manifest) -> list[str]:
     return warnings
 
 
-def _figure(scan: Manifest, stage: str, name: str) -> float:
+def _stage_figure(scan: Manifest, stage: str, name: str) -> float:
     """Return a figure of the whole wall: of a partial rescan that of its stage `join`, if any."""
     for record in (scan.stages.get(JOIN.name), scan.stages.get(stage)):
         if record is not None and name in record.metrics:

@@ -28,7 +28,7 @@ def similar_routes(session: Session, gym: UUID, route: UUID) -> list[UUID]:
     The route may be stripped; its last version counts. The list is empty if the movement model
     finds no moves for an adult on the route, or has not computed them.
     """
-    wanted = _features(session, route)
+    wanted = _route_features(session, route)
     if wanted is None:
         return []
     others = [
@@ -58,7 +58,7 @@ def distances(
     return np.ma.sqrt((away**2).mean(axis=1)).filled(np.inf)
 
 
-def _features(session: Session, route: UUID) -> list[float | None] | None:
+def _route_features(session: Session, route: UUID) -> list[float | None] | None:
     placed = (
         select(Placement.features)
         .join(Scan, Scan.id == Placement.scan_id)

@@ -13,7 +13,6 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, Day, LongText, Name, Text
@@ -241,7 +240,9 @@ def put_reset_plan(
         {Part.SETTER: frozenset(body.setters), Part.FORERUNNER: frozenset(body.forerunners)},
     )
     row, is_new = store_plan(session, access.gym, wall, plan, words)
-    _log(session, access, "reset.plan" if is_new else "reset.change", str(row.id), wall=wall.name)
+    access.log_change(
+        session, "reset.plan" if is_new else "reset.change", str(row.id), wall=wall.name
+    )
     response.status_code = 201 if is_new else 200
     return _plans_out(session, [plan_of(session, access.gym, plan)])[0]
 
@@ -257,7 +258,7 @@ def put_reset_state(plan: UUID, body: ChosenState, session: Db, access: SetterMa
     """Set the state of a plan; after a publication of the wall that is impossible."""
     known = plan_of(session, access.gym, plan)
     choose_state(session, access.gym.id, known, body.state)
-    _log(session, access, "reset.state", str(plan), state=body.state)
+    access.log_change(session, "reset.state", str(plan), state=body.state)
     session.flush()
     return _plans_out(session, [plan_of(session, access.gym, plan)])[0]
 
@@ -267,7 +268,7 @@ def drop_reset_plan(plan: UUID, session: Db, access: SetterMay) -> None:
     """Delete a plan. Routes, proposals and signed-off grades stay."""
     known = plan_of(session, access.gym, plan)
     session.delete(known.plan)
-    _log(session, access, "reset.delete", str(plan), wall=known.wall.name)
+    access.log_change(session, "reset.delete", str(plan), wall=known.wall.name)
 
 
 @router.get("/gyms/{gym}/reset-plans/{plan}/forerun")
@@ -327,7 +328,7 @@ def put_sign_off(
     found = route_in(session, known, route)
     me = access.actor.known
     sign_off(session, access.gym.id, found, body.grade_system_id, body.grade, me)
-    _log(session, access, "reset.sign-off", str(route), grade=body.grade)
+    access.log_change(session, "reset.sign-off", str(route), grade=body.grade)
     return next(row for row in _with_routes(session, access, known).routes if row.id == route)
 
 
@@ -410,12 +411,6 @@ def _to_forerun(
         if sign is None
         else SignOffOut(person_name=name, grade=sign.grade, signed_at=sign.signed_at),
         own=None if own is None else OwnProposal.model_validate(own, from_attributes=True),
-    )
-
-
-def _log(session: Session, access: Access, action: str, subject: str, **details: str) -> None:
-    log_change(
-        session, action, person=access.actor.known, gym=access.gym.id, subject=subject, **details
     )
 
 

@@ -208,7 +208,7 @@ def plans_of(session: Session, gym: Gym, *, wall: UUID | None = None) -> list[Pl
     if wall is not None:
         query = query.where(Wall.id == wall)
     rows = session.execute(query.order_by(ResetPlan.day, ResetPlan.id)).all()
-    published = _publications(session, {row.wall_id for row, _ in rows})
+    published = _publications_by_wall(session, {row.wall_id for row, _ in rows})
     zone = ZoneInfo(gym.time_zone)
     known = [_planned(row, of, published.get(of.id, []), zone) for row, of in rows]
     done = [one for one in known if one.published_at is not None]
@@ -226,11 +226,11 @@ def plan_of(session: Session, gym: Gym, plan: UUID) -> Planned:
     wall = None if row is None else session.get_one(Wall, row.wall_id)
     if row is None or wall is None or wall.gym_id != gym.id:
         raise NotFoundError("not-there-reset")
-    published = _publications(session, {wall.id}).get(wall.id, [])
+    published = _publications_by_wall(session, {wall.id}).get(wall.id, [])
     return _planned(row, wall, published, ZoneInfo(gym.time_zone))
 
 
-def _publications(
+def _publications_by_wall(
     session: Session, walls: Iterable[UUID]
 ) -> dict[UUID, list[tuple[datetime, datetime]]]:
     """Return by wall when each published scan was begun and published, the earliest first."""

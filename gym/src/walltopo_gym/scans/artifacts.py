@@ -29,7 +29,7 @@ from walltopo_gym.storage.files import FileStore, hash_of_file
 MOVES_FILE: Final = "moves.json"  # added after the publication (publishing/moves.py)
 
 
-def _prefix(scan: UUID) -> str:
+def _key_prefix(scan: UUID) -> str:
     return f"scans/{scan}"
 
 
@@ -45,13 +45,13 @@ def upload_files(store: FileStore, scan: UUID, folder: ScanFolder, *paths: Path)
     """Upload existing files and folders of the scan folder."""
     files = [file for path in paths for file in (files_below(path) if path.is_dir() else [path])]
     there = (file for file in files if file.is_file())
-    send_files(store.objects, folder.root, there, f"{_prefix(scan)}/")
+    send_files(store.objects, folder.root, there, f"{_key_prefix(scan)}/")
 
 
 def drop_part(store: FileStore, scan: UUID) -> None:
     """Drop the files of a partial rescan before it was joined: nothing reads them any more."""
     folder = ScanFolder("")
-    store.drop(store.keys(f"{_key(scan, folder, folder.part.root)}/"))
+    store.drop(store.keys(f"{_file_key(scan, folder, folder.part.root)}/"))
 
 
 def drop_joined(store: FileStore, scan: UUID) -> bool:
@@ -60,7 +60,7 @@ def drop_joined(store: FileStore, scan: UUID) -> bool:
     Its earlier stages could not run again, with other photos or another reference. Returns whether
     it was one.
     """
-    below = f"{_prefix(scan)}/"
+    below = f"{_key_prefix(scan)}/"
     if not store.has(f"{below}scan.json") or read_manifest(store, scan).joined is None:
         return False
     store.drop(store.keys(below))
@@ -106,9 +106,9 @@ def _present_files(store: FileStore, scan: UUID, *names: str) -> Iterator[ScanFo
         yield folder
 
 
-def _key(scan: UUID, folder: ScanFolder, path: Path) -> str:
+def _file_key(scan: UUID, folder: ScanFolder, path: Path) -> str:
     """Return the key of a file of a scan folder in the store."""
-    return f"{_prefix(scan)}/{path.relative_to(folder.root).as_posix()}"
+    return f"{_key_prefix(scan)}/{path.relative_to(folder.root).as_posix()}"
 
 
 def carried_log(folder: ScanFolder) -> EditLog:
@@ -124,7 +124,7 @@ def carried_log(folder: ScanFolder) -> EditLog:
 
 def download_scan(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     """Download the files that are missing in the folder."""
-    fetch_missing(store.objects, folder.root, f"{_prefix(scan)}/")
+    fetch_missing(store.objects, folder.root, f"{_key_prefix(scan)}/")
 
 
 def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
@@ -135,7 +135,7 @@ def download_sparse(store: FileStore, scan: UUID, root: Path) -> Path:
     NotFoundError : the scan has not come so far.
     """
     folder = ScanFolder(root).sparse
-    prefix = f"{_prefix(scan)}/{folder.name}/"
+    prefix = f"{_key_prefix(scan)}/{folder.name}/"
     if fetch_missing(store.objects, folder, prefix) == 0:
         raise NotFoundError("file-gone")
     return folder
@@ -161,7 +161,7 @@ def download_wall(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
     _download_present(store, scan, folder, folder.relabelled, kept)
     if landmarks_fit(kept, landmarks_basis(folder)):
         return
-    prefix = f"{_key(scan, folder, folder.photos)}/"
+    prefix = f"{_file_key(scan, folder, folder.photos)}/"
     if fetch_missing(store.objects, folder.photos, prefix) == 0:
         raise NotFoundError("file-gone")
 
@@ -192,12 +192,14 @@ def download_files(store: FileStore, scan: UUID, folder: ScanFolder, *files: Pat
     NotFoundError : the scan has not come so far.
     """
     for path in files:
-        store.fetch(_key(scan, folder, path), path)
+        store.fetch(_file_key(scan, folder, path), path)
 
 
 def _download_present(store: FileStore, scan: UUID, folder: ScanFolder, *files: Path) -> None:
     """Download those of some files that the store has."""
-    download_files(store, scan, folder, *(f for f in files if store.has(_key(scan, folder, f))))
+    download_files(
+        store, scan, folder, *(f for f in files if store.has(_file_key(scan, folder, f)))
+    )
 
 
 def store_public_file(store: FileStore, file: Path) -> dict[str, Any]:

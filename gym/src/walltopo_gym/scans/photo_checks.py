@@ -186,7 +186,7 @@ def _store_result(
         indices = np.linspace(0, len(done.photos) - 1, min(len(done.photos), MAX_THUMBNAILS))
         shown = [made / done.photos[index].file for index in indices.round().astype(int).tolist()]
         for number, path in enumerate(shown):
-            store.put(photo.thumbnail_of(number), _thumbnail(path))
+            store.put(photo.thumbnail_of(number), _make_thumbnail(path))
         facts["plate_frames"] = _frames_with_plate(shown)
         for stored in done.photos:
             (made / stored.file).unlink()
@@ -222,7 +222,7 @@ def _frames_with_plate(paths: Sequence[Path]) -> int:
     return count
 
 
-def _thumbnail(path: Path) -> bytes:
+def _make_thumbnail(path: Path) -> bytes:
     """Return a small JPEG of a photo, in which the people that are found are hidden."""
     photo = read_rgb(path)
     people = find_people(photo)

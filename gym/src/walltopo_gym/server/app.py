@@ -118,10 +118,10 @@ def build_app(services: Services) -> FastAPI:
     per_minute = services.settings.requests_per_minute
     app.state.counts = SharedCounts(services.database, per_minute)
     for routers in _CORE:
-        _include(app, routers, [])
+        _include_routers(app, routers, [])
     for feature in features_on(services.settings):
         switched = [] if feature.switch is None else [feature_rule(feature.switch)]
-        _include(app, feature.routers(), switched)
+        _include_routers(app, feature.routers(), switched)
         for router in feature.root_routers():
             app.include_router(router)
     app.include_router(health_router)
@@ -139,7 +139,7 @@ def build_app(services: Services) -> FastAPI:
     return app
 
 
-def _include(app: FastAPI, routers: Sequence[APIRouter], rules: Sequence[Any]) -> None:
+def _include_routers(app: FastAPI, routers: Sequence[APIRouter], rules: Sequence[Any]) -> None:
     """Add endpoints, one by one: a router in a router is searched twice for each request."""
     for router in routers:
         declare_rules(router)

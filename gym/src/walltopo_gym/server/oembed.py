@@ -43,7 +43,7 @@ def read_oembed(
     if not shown.picture:  # private, unknown, or nothing is published
         raise NotFoundError("not-found")
     size = min(_WIDTH, maxwidth), min(_HEIGHT, maxheight)
-    body = _frame(base, path, shown, size)
+    body = _frame_markup(base, path, shown, size)
     if maxwidth >= WIDTH and maxheight >= HEIGHT:
         picture = {"url": base + shown.picture, "width": WIDTH, "height": HEIGHT}
         body |= {f"thumbnail_{name}": value for name, value in picture.items()}
@@ -69,7 +69,7 @@ def _wall_path(base: str, url: str) -> str:
     raise NotFoundError("not-found")
 
 
-def _frame(base: str, path: str, shown: Preview, size: tuple[int, int]) -> dict[str, Any]:
+def _frame_markup(base: str, path: str, shown: Preview, size: tuple[int, int]) -> dict[str, Any]:
     width, height = size
     source = escape(f"{base}/embed/{path}")
     frame = (

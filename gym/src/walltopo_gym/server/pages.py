@@ -96,7 +96,7 @@ class _Asset:
     kind: str
 
 
-def _asset(path: Path) -> _Asset:
+def _read_asset(path: Path) -> _Asset:
     content = path.read_bytes()
     kind = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
     return _Asset(content, gzip.compress(content, 9, mtime=0), kind)
@@ -114,11 +114,11 @@ def _assets() -> dict[str, _Asset]:
     if not (folder / "index.html").is_file():
         raise EnvironmentLacksError("the web app is not built", "In a checkout, run `make web`.")
     found = {
-        f"/{path.relative_to(folder).as_posix()}": _asset(path)
+        f"/{path.relative_to(folder).as_posix()}": _read_asset(path)
         for path in sorted(folder.rglob("*"))
         if path.is_file()
     }
-    return found | {_viewer(): _asset(viewer_script())}
+    return found | {_viewer(): _read_asset(viewer_script())}
 
 
 @cache
@@ -235,7 +235,7 @@ def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str
         tags.append('<meta name="twitter:card" content="summary_large_image">')
     tags += [f'<meta property="og:{name}" content="{escape(text)}">' for name, text in meta.items()]
     if shown.picture:
-        tags.append(_discovery(f"{base}/{path}", base, shown.title))
+        tags.append(_discovery_tag(f"{base}/{path}", base, shown.title))
     tags.append(f'<meta name="wall-viewer" content="{viewer}">')
     tags.append(f'<meta name="features" content="{" ".join(services.settings.features)}">')
     if shown.tiers:
@@ -246,7 +246,7 @@ def head_of(services: Services, path: str, viewer: str, *, indexed: bool) -> str
     return "".join(tags)
 
 
-def _discovery(address: str, base: str, title: str) -> str:
+def _discovery_tag(address: str, base: str, title: str) -> str:
     """Return the tag by which other sites find how to embed a wall (https://oembed.com)."""
     target = f"{base}/oembed?{urlencode({'url': address, 'format': 'json'})}"
     kind = 'rel="alternate" type="application/json+oembed"'

@@ -41,7 +41,7 @@ def serve(settings: GymSettings, tell: Callable[[str], None]) -> None:
     ------
     EnvironmentLacksError : the address cannot be listened on.
     """
-    listener = _listener(settings)
+    listener = _bind_socket(settings)
     host, port = listener.getsockname()[:2]
     address, (code, _) = f"http://{host}:{port}", new_secret()
     with closing(listener):
@@ -109,7 +109,7 @@ def _offer_setup(services: Services, code: str) -> None:
     _LOG.warning("this server is empty; restore a backup: %s", link)
 
 
-def _listener(settings: GymSettings) -> socket.socket:
+def _bind_socket(settings: GymSettings) -> socket.socket:
     """Bind the socket here, so that port 0 is resolved and a used port gives a clear error."""
     family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)

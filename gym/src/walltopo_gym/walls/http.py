@@ -13,7 +13,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Name, Text
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError, RequestError
@@ -72,7 +71,7 @@ def make_wall(body: NewWall, session: Db, access: SetterMay) -> WallOut:
     row = Wall(gym_id=access.gym.id, name=body.name, place=body.place, zone=body.zone)
     session.add(row)
     session.flush()
-    _log(session, access, "wall.create", row)
+    _log_wall(session, access, "wall.create", row)
     return _wall_out(row, {})
 
 
@@ -95,7 +94,7 @@ def change_wall(wall: UUID, body: WallChange, session: Db, access: SetterMay) ->
     if body.zone is not None:
         row.zone = body.zone
         queue_publications(session, access.gym.id)
-    _log(session, access, "wall.change", row)
+    _log_wall(session, access, "wall.change", row)
     return _wall_out(row, _closed_walls(session, access))
 
 
@@ -105,7 +104,7 @@ def drop_wall(wall: UUID, session: Db, access: OwnerMay) -> None:
     row = wall_of(session, access.gym.id, wall)
     session.delete(row)
     queue_publications(session, access.gym.id)
-    _log(session, access, "wall.delete", row)
+    _log_wall(session, access, "wall.delete", row)
 
 
 def _closed_walls(session: Session, access: Access) -> dict[UUID, datetime]:
@@ -124,12 +123,10 @@ def _refuse_taken(session: Session, gym: UUID, name: str) -> None:
         raise ConflictError("wall-name-taken", name=name)
 
 
-def _log(session: Session, access: Access, action: str, row: Wall) -> None:
-    log_change(
+def _log_wall(session: Session, access: Access, action: str, row: Wall) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=row.name,
         wall=str(row.id),
     )
@@ -257,9 +254,7 @@ def _plan_out(session: Session, access: Access) -> FloorPlanOut:
 
 
 def _log_plan(session: Session, access: Access, action: str) -> None:
-    log_change(
-        session, action, person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
-    )
+    access.log_change(session, action, subject=access.gym.slug)
 
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (router,)

@@ -87,9 +87,7 @@ def make_webhook(
     row = Webhook(gym_id=access.gym.id, url=body.url, secret=new_signing_secret())
     session.add(row)
     session.flush()
-    log_change(
-        session, "webhook.create", person=access.actor.known, gym=access.gym.id, subject=body.url
-    )
+    access.log_change(session, "webhook.create", subject=body.url)
     return MadeWebhook(id=row.id, secret=row.secret)
 
 
@@ -100,9 +98,7 @@ def drop_webhook(webhook: UUID, session: Db, access: OwnerMay) -> None:
     if row is None or row.gym_id != access.gym.id:
         raise NotFoundError("not-there-webhook")
     session.delete(row)
-    log_change(
-        session, "webhook.delete", person=access.actor.known, gym=access.gym.id, subject=row.url
-    )
+    access.log_change(session, "webhook.delete", subject=row.url)
 
 
 @router.post("/gyms/{gym}/webhooks/{webhook}/deliveries/{delivery}/replay", status_code=204)

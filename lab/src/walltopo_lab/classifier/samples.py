@@ -130,7 +130,7 @@ def _read(source: Path, label: str, side: int) -> Iterator[_Cutout]:
     )
 
 
-def _class(label: str, colour: str, kind: str, role: str) -> tuple[str, Meaning] | None:
+def _class_of_hold(label: str, colour: str, kind: str, role: str) -> tuple[str, Meaning] | None:
     """Return name and meaning of a hold's class; None if a defining attribute is unknown."""
     if role != "hold":
         return role, Meaning("volume" if role == "volume" else kind, role=role)
@@ -151,14 +151,14 @@ def _of_folders(source: Path, side: int) -> Iterator[_Cutout]:
         if not files:
             raise InputError(f"{folder}: a class without pictures ({', '.join(PICTURES)})")
         for file in files:
-            picture = _picture(file, side)
+            picture = _cutout_picture(file, side)
             if picture is not None:
                 # As in a scan, cutouts of one hold share the name up to the last underscore.
                 hold = f"{folder}/{file.stem.rsplit('_', 1)[0]}"
                 yield _Cutout(picture, folder.name, hold, meanings.get(folder.name))
 
 
-def _picture(file: Path, side: int) -> NDArray[np.uint8] | None:
+def _cutout_picture(file: Path, side: int) -> NDArray[np.uint8] | None:
     """Return the square image of a cutout file; None if the hold has too few pixels."""
     with prefix_errors(file), open_picture(file) as image:
         pixels = np.asarray(image.convert("RGBA"))
@@ -174,8 +174,8 @@ def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
         hold = holds.get(entry.id)
         if hold is None or hold.review:
             continue
-        named = _class(label, hold.colour, hold.type, hold.role)
-        picture = _picture(scan.cutouts / entry.file, side) if named else None
+        named = _class_of_hold(label, hold.colour, hold.type, hold.role)
+        picture = _cutout_picture(scan.cutouts / entry.file, side) if named else None
         if named and picture is not None:
             yield _Cutout(picture, named[0], f"{scan.root}/{entry.id}", named[1])
 
@@ -183,7 +183,7 @@ def _of_scan(scan: ScanFolder, label: str, side: int) -> Iterator[_Cutout]:
 def _truth_class(item: dict[str, Any], label: str) -> tuple[str, Meaning] | None:
     role = {-1: "volume", -2: "downclimb"}.get(int(item["route"]), "hold")
     kind = "foothold" if item["kind"] == "foot" else str(item["kind"])
-    return _class(label, str(item["colour"]), kind, role)
+    return _class_of_hold(label, str(item["colour"]), kind, role)
 
 
 def _of_truth(source: Path, label: str, side: int) -> Iterator[_Cutout]:

@@ -49,7 +49,9 @@ class Trained:
     certain: float
 
 
-def _varied(pictures: Tensor, settings: ClassifierSettings, rng: torch.Generator) -> Tensor:
+def _augment_cutouts(
+    pictures: Tensor, settings: ClassifierSettings, rng: torch.Generator
+) -> Tensor:
     """Return (n, 3, s, s) augmented cutouts.
 
     The augmentation mirrors, rotates, scales and shifts, and changes brightness and hue.
@@ -146,7 +148,7 @@ def train(cutouts: Cutouts, settings: ClassifierSettings, progress: Progress) ->
         order = torch.randperm(len(label), generator=rng)
         for first in range(0, taken, settings.batch):
             rows = order[first : first + settings.batch]
-            seen = _varied(_tensor(pictures[rows.numpy()]), settings, rng)
+            seen = _augment_cutouts(_tensor(pictures[rows.numpy()]), settings, rng)
             loss = functional.cross_entropy(net(seen), label[rows], weight, label_smoothing=0.05)
             optimizer.zero_grad()
             loss.backward()

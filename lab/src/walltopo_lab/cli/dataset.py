@@ -173,7 +173,7 @@ def _sam(model: str) -> Any:
     return refine
 
 
-def _read(path: Path, photos: Path | None = None) -> Any:
+def _read_set(path: Path, photos: Path | None = None) -> Any:
     """Return a set; name the shapes that were left out."""
     from walltopo.cli.console import console
     from walltopo_lab.datasets.read import read_dataset
@@ -197,9 +197,9 @@ def _convert(args: argparse.Namespace) -> int:
         inputs=(args.source, args.photos),
     )
     with written_folder(output) as made:
-        dataset = _read(args.source, args.photos)
+        dataset = _read_set(args.source, args.photos)
         if args.classes:
-            dataset = dataset.reclassed(_classes(args.classes))
+            dataset = dataset.reclassed(_parse_classes(args.classes))
         dataset = _refined(dataset, args.refine, args.sam)
         write_dataset(made, dataset, args.to, copy_photos=not args.no_photos)
     objects = sum(len(photo.annotations) for photo in dataset.photos)
@@ -207,7 +207,7 @@ def _convert(args: argparse.Namespace) -> int:
     return 0
 
 
-def _classes(words: Sequence[str]) -> dict[str, list[str]]:
+def _parse_classes(words: Sequence[str]) -> dict[str, list[str]]:
     """Return `--classes` as new name to old names."""
     from walltopo.core import SettingsError
 
@@ -223,7 +223,7 @@ def _show(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_file
     from walltopo_lab.datasets.sheet import write_sheet
 
-    dataset = _read(args.source, args.photos)
+    dataset = _read_set(args.source, args.photos)
     output = output_target(args, args.output, "dataset show", inputs=(args.source, args.photos))
     with written_file(output) as made:
         drawn = write_sheet(made, dataset, args.photo, args.count)
@@ -249,7 +249,7 @@ def _split(args: argparse.Namespace) -> int:
                 f"--parts {args.parts}: {name!r} wants the plain name of a folder and a share of 0 "
                 "or more"
             )
-    dataset = _read(args.source, args.photos)
+    dataset = _read_set(args.source, args.photos)
     parts = split(dataset, shares, args.seed, lambda photo: group_of_photo(photo, args.pattern))
     output = output_target(
         args, args.target, "dataset split", flag="DIR", inputs=(args.source, args.photos)
@@ -271,7 +271,7 @@ def _stats(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import written_file
     from walltopo_lab.datasets.stats import dataset_stats, write_stats_plot
 
-    dataset = _read(args.source, args.photos)
+    dataset = _read_set(args.source, args.photos)
     stats = dataset_stats(dataset)
     console.print(
         f"{stats['photos']} photos ({stats['empty_photos']} empty) in {stats['groups']} groups, "
@@ -295,7 +295,7 @@ def _check(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_lab.datasets.check import check_dataset
 
-    dataset = _read(args.source, args.photos)
+    dataset = _read_set(args.source, args.photos)
     with console.status("checking"):
         findings = check_dataset(dataset, pictures=not args.no_pictures)
     for finding in findings:
@@ -311,7 +311,7 @@ def _compare(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo_lab.datasets.compare import compare_sets
 
-    result = compare_sets(_read(args.source, args.photos), _read(args.reference))
+    result = compare_sets(_read_set(args.source, args.photos), _read_set(args.reference))
     table = Table("photo", "mIoU")
     for name, value in result.per_photo.items():
         table.add_row(name, f"{value:.3f}")

@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
     from walltopo.core.outputs import claimed_folder
     from walltopo_lab.synth.recipe import generate
 
-    recipe = _recipe(args)
+    recipe = _recipe_of(args)
     claimed_folder(output_target(args, args.out, "synth", flag="OUT"))
     with TerminalListener(console) as listener:
         result = generate(args.out, recipe, listener)
@@ -132,7 +132,7 @@ def _list_settings() -> None:
             console.print(f"  {key} = {field.default!r}{unit}  {field.text}")
 
 
-def _recipe(args: argparse.Namespace) -> Any:
+def _recipe_of(args: argparse.Namespace) -> Any:
     """Return the recipe that the options specify."""
     from walltopo_lab.synth.recipe import Recipe
 
@@ -153,7 +153,7 @@ def _recipe(args: argparse.Namespace) -> Any:
     if args.size is not None:
         photo_changes["width"], photo_changes["height"] = _size(args.size)
     for change in args.changes:
-        _apply(change, changes, photo_changes)
+        _apply_setting(change, changes, photo_changes)
     photo_seed = args.photo_seed
     if photo_seed is None and base is not None:
         photo_seed = args.reset_seed if args.wear_of is None else args.wear_seed
@@ -199,7 +199,7 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _apply(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
+def _apply_setting(change: str, gym: dict[str, Any], photo: dict[str, Any]) -> None:
     """Put `key=value` or `photo.key=value` into its settings, converted to the field's type."""
     key, equals, value = change.partition("=")
     key = key.strip()

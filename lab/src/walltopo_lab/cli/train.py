@@ -172,7 +172,7 @@ def _given(args: argparse.Namespace, *kinds: type[Any]) -> dict[str, Any]:
     return {name: getattr(args, name) for name in names if getattr(args, name) is not None}
 
 
-def _settings(args: argparse.Namespace, kind: type[Any]) -> Any:
+def _model_settings(args: argparse.Namespace, kind: type[Any]) -> Any:
     """Return the settings of the chosen model; reject an option of another model."""
     known = settings_of(kind).keys()
     given = _given(args, TrainSettings, YoloSettings)
@@ -203,7 +203,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("expected labelled sets or --pack FILE, and not both")
     if args.pack is not None and not votes:
         raise InputError(f"--pack is of no use with --model {args.model}")
-    settings = _settings(args, TrainSettings if votes else YoloSettings)
+    settings = _model_settings(args, TrainSettings if votes else YoloSettings)
     augment = _augmentation(args)
     from walltopo.core.outputs import claimed_folder
     from walltopo_lab.detectors.fetch import cache_folder

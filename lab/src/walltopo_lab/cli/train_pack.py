@@ -55,7 +55,7 @@ def pack_parser(prog: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _redraw(outlines: str | None) -> Any:
+def _mask_drawer(outlines: str | None) -> Any:
     """Return a function that draws masks with the named network, or None."""
     from functools import partial
 
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     with written_file(to) as made, TerminalListener(console) as progress:
         cache = cache_folder() / "train" / "prepared"
         sets = open_sets(args.datasets, cache, args.held_out, progress)
-        size = write_pack(made, sets, progress, args.quality, redraw=_redraw(args.outlines))
+        size = write_pack(made, sets, progress, args.quality, redraw=_mask_drawer(args.outlines))
     photos = sum(len(item.train) + len(item.held_out) for item in sets)
     console.print(f"{args.out}: {photos} photos, {size / 1e6:.1f} MB", soft_wrap=True)
     return 0

@@ -82,7 +82,7 @@ def _make_task(what: str, walls: list[Any], method: str, figure: str) -> Any:
     return RoutesTask([load_routes_wall(wall) for wall in walls])
 
 
-def _work(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
+def _start_worker(args: argparse.Namespace, storage: str, name: str, seed: int) -> None:
     """Run an additional worker process on the same study."""
     from walltopo_lab.tune.study import open_study, run_trials
     from walltopo_lab.tune.walls import read_walls, wall_hashes
@@ -119,7 +119,7 @@ def _run(args: argparse.Namespace) -> int:
     study = open_study(task, storage, name, args.seed, wall_hashes(train))
     context = multiprocessing.get_context("spawn")
     others = [
-        context.Process(target=_work, args=(args, storage, name, args.seed + k))
+        context.Process(target=_start_worker, args=(args, storage, name, args.seed + k))
         for k in range(1, args.workers)
     ]
     for process in others:

@@ -49,7 +49,7 @@ class Finding:
     annotation: int | None = None
 
 
-def _boxes(photo: Photo) -> Floats:
+def _relative_boxes(photo: Photo) -> Floats:
     """Return (n, 4) x0, y0, x1, y1 relative to the photo's size."""
     xywh = np.array([a.box for a in photo.annotations], dtype=np.float64).reshape(-1, 4)
     corners = np.concatenate([xywh[:, :2], xywh[:, :2] + xywh[:, 2:]], axis=1)
@@ -58,7 +58,7 @@ def _boxes(photo: Photo) -> Floats:
 
 def _check_boxes(photo: Photo) -> list[Finding]:
     found: list[Finding] = []
-    boxes = _boxes(photo)
+    boxes = _relative_boxes(photo)
     seen: dict[tuple[int, ...], int] = {}
     for k, annotation in enumerate(photo.annotations):
         x0, y0, x1, y1 = boxes[k]
@@ -88,7 +88,7 @@ def _leaves_photo(polygon: Floats, photo: Photo) -> bool:
     return bool((polygon < -1.5).any() or (polygon > np.array(photo.size) + 1.5).any())
 
 
-def _interest(photo: Photo) -> Floats:
+def _saliency(photo: Photo) -> Floats:
     """Return (h, w) saliency of each pixel: colour contrast to its wide surroundings, and edges.
 
     The map has zero mean and unit standard deviation.
@@ -113,12 +113,12 @@ def _interest(photo: Photo) -> Floats:
 
 def turned_boxes(photo: Photo, turn: str) -> Floats:
     """Return (n, 4) x0, y0, x1, y1 relative to the photo's size, under one of `TURNS`."""
-    return np.clip(TURNS[turn](_boxes(photo)), 0, 1)
+    return np.clip(TURNS[turn](_relative_boxes(photo)), 0, 1)
 
 
 def _small_boxes(photo: Photo) -> NDArray[np.int64]:
     """Return the indices of the boxes that are small relative to the photo."""
-    boxes = _boxes(photo)
+    boxes = _relative_boxes(photo)
     return np.flatnonzero(np.abs(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1)) < _LARGE_BOX)
 
 
@@ -134,7 +134,7 @@ def turn_scores(photo: Photo) -> dict[str, float]:
     """
     import cv2
 
-    interest = _interest(photo)
+    interest = _saliency(photo)
     height, width = interest.shape
     sums = np.asarray(cv2.integral(interest), dtype=np.float64)
     size = np.array([width, height, width, height])

@@ -158,7 +158,7 @@ def _annotation(row: _Row, image: _Image, label: int, extra: dict[str, Any]) -> 
     return Annotation(label, box, polygons, mask, row.score, extra)
 
 
-def _segmentation(annotation: Annotation, photo: Photo, rle: bool) -> tuple[Any, float]:
+def _segmentation_of(annotation: Annotation, photo: Photo, rle: bool) -> tuple[Any, float]:
     """Return COCO's `segmentation` and `area`."""
     from walltopo_lab.datasets.shapes import mask_of
 
@@ -186,7 +186,7 @@ def write_coco(path: Path, dataset: Dataset, *, rle: bool = False, scores: bool 
         image |= {"width": photo.width, "height": photo.height}
         images.append(image | ({"gym": photo.gym} if photo.gym else {}))
         for annotation in photo.annotations:
-            segmentation, area = _segmentation(annotation, photo, rle)
+            segmentation, area = _segmentation_of(annotation, photo, rle)
             row: dict[str, Any] = {
                 "id": len(annotations) + 1,
                 "image_id": image_id,

@@ -103,7 +103,7 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int], not_read: Counter
         with prefix_errors(f"shape {number}"):
             polygon = _polygon(shape)
             if shape.shape_type == "mask":
-                masks.append(_masked(shape, labels[shape.label], *size))
+                masks.append(_object_of_mask(shape, labels[shape.label], *size))
                 continue
         if polygon is None:
             not_read[shape.shape_type or "polygon"] += 1
@@ -118,7 +118,7 @@ def _photo(path: Path, file: _File, labels: Mapping[str, int], not_read: Counter
     return Photo(linked.name, *size, (*rows, *masks), found, embedded=inside)
 
 
-def _masked(shape: _Shape, label: int, width: int, height: int) -> Annotation:
+def _object_of_mask(shape: _Shape, label: int, width: int, height: int) -> Annotation:
     """Return the object of a `mask`: a PNG in base64 between two corners, both inside.
 
     Raises

@@ -116,7 +116,7 @@ def read_painted(path: Path, legend: Legend | None = None, split: bool = False) 
     _, group_of = np.unique(meaning, return_inverse=True)
     group = np.where(is_wall, 0, group_of + 1)[index]
     if split:
-        group = _parts(mesh, group)
+        group = _connected_parts(mesh, group)
     kept, numbers = np.unique(group, return_inverse=True)
     face_instance = (numbers + (0 if len(kept) and kept[0] == 0 else 1)).astype(np.int32)
     labels: dict[int, int] = {}
@@ -149,7 +149,7 @@ def _from_materials(
     names = sorted(set(materials))
     of_name = {name: class_of(name) for name in names}
     kind = np.array([names.index(name) + 1 if of_name[name] else 0 for name in materials])
-    face_instance = _parts(mesh, kind).astype(np.int32)
+    face_instance = _connected_parts(mesh, kind).astype(np.int32)
     ids, where = np.unique(face_instance, return_index=True)
     labels = {int(i): of_name[materials[f]] for i, f in zip(ids, where, strict=True) if i}
     colours = {
@@ -160,7 +160,7 @@ def _from_materials(
     return Painted(mesh, face_instance, labels, colours)
 
 
-def _parts(mesh: Mesh, group: NDArray[np.int64]) -> NDArray[np.int64]:
+def _connected_parts(mesh: Mesh, group: NDArray[np.int64]) -> NDArray[np.int64]:
     """Number the connected parts of equal non-zero groups from 1, in the order of their faces.
 
     Faces are neighbours if they share a position, so that vertices duplicated by an exporter do not

@@ -87,7 +87,7 @@ def grabcut_one(image: Image, mask: Mask, is_box: bool) -> Mask | None:
     size = (max(8, round(window.shape[1] * factor)), max(8, round(window.shape[0] * factor)))
     small = cv2.resize(window, size, interpolation=cv2.INTER_AREA)
     rough = np.asarray(cv2.resize(rough, size, interpolation=cv2.INTER_NEAREST), dtype=np.uint8)
-    seed = _seed(rough, is_box)
+    seed = _grabcut_labels(rough, is_box)
     if not (seed == cv2.GC_BGD).any() or not np.isin(seed, (cv2.GC_FGD, cv2.GC_PR_FGD)).any():
         return None
     cv2.setRNGSeed(0)
@@ -111,7 +111,7 @@ def grabcut_one(image: Image, mask: Mask, is_box: bool) -> Mask | None:
     return Mask.from_full(full, mask.label, mask.score)
 
 
-def _seed(rough: NDArray[np.uint8], is_box: bool) -> NDArray[np.uint8]:
+def _grabcut_labels(rough: NDArray[np.uint8], is_box: bool) -> NDArray[np.uint8]:
     """Return GrabCut's labels: background, likely background, likely object, object."""
     import cv2
 

@@ -95,7 +95,7 @@ class Overlap:
         )
 
 
-def _incidence(face_instance: NDArray[np.int32], ids: Ints) -> Any:
+def _incidence_matrix(face_instance: NDArray[np.int32], ids: Ints) -> Any:
     """Return a sparse (len(ids), F) 0/1 matrix of the faces of each instance."""
     from scipy import sparse
 
@@ -142,8 +142,8 @@ def overlap_of_faces(
     truth_ids = np.setdiff1d(np.unique(truth_faces), [0]).astype(np.int64)
     scores = predicted.scores or {}
     return overlap_of_sets(
-        _incidence(pred_faces, pred_ids),
-        _incidence(truth_faces, truth_ids),
+        _incidence_matrix(pred_faces, pred_ids),
+        _incidence_matrix(truth_faces, truth_ids),
         np.asarray(weights, dtype=np.float64),
         np.array([scores.get(int(i), 1.0) for i in pred_ids], dtype=np.float64),
         np.array([predicted.labels[int(i)] for i in pred_ids], dtype=np.int64),

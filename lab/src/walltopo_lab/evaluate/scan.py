@@ -183,7 +183,7 @@ def _rank_figures(
     on_truth = carry_prediction(mesh, predicted, truth, within)
     exact = overlap_of_faces(on_truth, truth.labelled, truth.mesh.areas, truth.ignored)
     figures["instances_on_true_mesh"] = summarise_instances([exact]).as_dict()
-    figures["semantics_all"] = _semantics(predicted, carried, mesh)
+    figures["semantics_all"] = _semantic_miou(predicted, carried, mesh)
 
 
 def _shown_figures(
@@ -196,7 +196,7 @@ def _shown_figures(
 ) -> Mapping[int, int]:
     overlap = overlap_with_missing(shown, carried, mesh.areas, truth)
     figures["shown"] = operating_point([overlap]).as_dict()
-    figures["semantics"] = _semantics(shown, carried, mesh)
+    figures["semantics"] = _semantic_miou(shown, carried, mesh)
     on_truth = carry_prediction(mesh, shown, truth, within)
     seen = np.where(truth.ignored, 0.0, truth.mesh.areas)
     table = confusion(class_of_faces(on_truth), class_of_faces(truth.labelled), seen, CLASSES)
@@ -204,7 +204,7 @@ def _shown_figures(
     return match_pairs(overlap)
 
 
-def _semantics(labelled: Labelled, carried: Carried, mesh: Mesh) -> dict[str, Any]:
+def _semantic_miou(labelled: Labelled, carried: Carried, mesh: Mesh) -> dict[str, Any]:
     """Return the mIoU on the scan's mesh, without surface that no photo saw."""
     counted = np.where(carried.ignored, 0.0, mesh.areas)
     table = confusion(class_of_faces(labelled), class_of_faces(carried.labelled), counted, CLASSES)

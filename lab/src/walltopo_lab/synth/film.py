@@ -98,7 +98,7 @@ class _Studio:
         handheld, passes = number % 3 == 2, number % 4 == 1
         phone = self._phone(climb, rng, handheld=handheld)
         climber = Climber(BODIES[name], draw_clothes(rng), climb.outward, climb.performance)
-        passer = _passer(climb, phone, rng) if passes else None
+        passer = _make_passer(climb, phone, rng) if passes else None
         samples = 1 if handheld else 2
         film_climb(video, self.renderer, climber, phone, rng, samples, passer)
         return FilmedClip(
@@ -134,7 +134,7 @@ def _contact(one: TrueContact) -> ContactTruth:
     return ContactTruth(one.limb, one.hold, one.begin, one.end)
 
 
-def _passer(climb: TrueClimb, phone: Phone, rng: np.random.Generator) -> Passer:
+def _make_passer(climb: TrueClimb, phone: Phone, rng: np.random.Generator) -> Passer:
     """Return somebody who walks between phone and wall, once through the picture."""
     times = climb.performance.times
     eye = -phone.cam_from_world[0, :, :3].T @ phone.cam_from_world[0, :, 3]

@@ -247,7 +247,7 @@ def _put_up(hall: SetUp, one: SetUp, stand: Stand, ids: int, routes: int) -> Non
     hall.holds.extend(moved_instance(item, move, ids, routes) for item in one.holds)
 
 
-def _lamps(sections: Sequence[Section], settings: GymSettings, seed: int) -> Lamps:
+def _place_lamps(sections: Sequence[Section], settings: GymSettings, seed: int) -> Lamps:
     """Return the lamps of all walls, in the first wall's lamp colour."""
     hung = [
         hang_lamps(section.wall, settings, np.random.default_rng([seed, 7, number]))
@@ -294,7 +294,7 @@ def make_gym(
     surface = merge_surface(built.facets, built.holds, settings.cell)
     progress.step("lighting the gym")
     tracer = Tracer(surface.vertices, surface.faces)
-    lamps = _lamps(built.sections, settings, seed)
+    lamps = _place_lamps(built.sections, settings, seed)
     baked = bake_light(
         surface, tracer, lamps, settings, _LAMP_REACH if settings.walls > 1 else np.inf
     )

@@ -119,7 +119,7 @@ _KINDS: dict[str, Callable[[_Draft], Field]] = {
 }
 
 
-def _style(field: Field, d: _Draft, style: str) -> Field:
+def _apply_style(field: Field, d: _Draft, style: str) -> Field:
     """Apply the maker's style: lumps, stone, planes, ribs or nothing."""
     w, h, z = d.size
     big = (w + h) / 2
@@ -162,7 +162,7 @@ def _grid(size: tuple[float, float, float], voxel: float) -> tuple[Field, Field]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).astype(np.float32), low
 
 
-def _warp(points: Field, size: tuple[float, float, float], rng: np.random.Generator) -> Field:
+def _warp_space(points: Field, size: tuple[float, float, float], rng: np.random.Generator) -> Field:
     """Bend, taper and shear space slightly, so that no two holds share an outline."""
     w, h, _ = size
     bend, taper, shear = rng.normal(0, (0.22, 0.16, 0.12))
@@ -195,19 +195,21 @@ def make_hold(
     size = (w * grow * stretch[0], h * grow * stretch[1], z * grow * stretch[2])
     voxel = float(np.clip(max(size) / 32, 0.0021, 0.0075)) / detail
     points, low = _grid(size, voxel)
-    draft = _Draft(_warp(points, size, rng), size, rng)
-    field = _style(_KINDS[kind](draft), draft, style)
-    field, bolt = _bolt(field, draft, kind)
+    draft = _Draft(_warp_space(points, size, rng), size, rng)
+    field = _apply_style(_KINDS[kind](draft), draft, style)
+    field, bolt = _bore_bolt(field, draft, kind)
     # Sink the back slightly into the wall, so that no light shows under the hold.
     field = np.maximum(field, -points[..., 2] - np.float32(0.8 * voxel))
     field[0], field[-1], field[:, 0], field[:, -1] = 1, 1, 1, 1
     field[:, :, 0] = np.maximum(field[:, :, 0], np.float32(0.3 * voxel))
     field[:, :, -1] = 1
     vertices, faces, slopes, _ = marching_cubes(field, 0.0, spacing=(voxel,) * 3)
-    return _finish(vertices + low, faces, slopes, size, bolt, rng)
+    return _finish_surface(vertices + low, faces, slopes, size, bolt, rng)
 
 
-def _bolt(field: Field, d: _Draft, kind: str) -> tuple[Field, tuple[float, float, float, float]]:
+def _bore_bolt(
+    field: Field, d: _Draft, kind: str
+) -> tuple[Field, tuple[float, float, float, float]]:
     """Bore the bolt's hole; return the field and the bolt as (x, y, radius, bottom z)."""
     _, h, z = d.size
     y = {"jug": -0.05 * h, "pocket": -0.22 * h, "crimp": -0.12 * h}.get(kind, 0.0)
@@ -217,7 +219,7 @@ def _bolt(field: Field, d: _Draft, kind: str) -> tuple[Field, tuple[float, float
     return carve(field, bore, 0.002), (0.0, y, radius, bottom)
 
 
-def _finish(
+def _finish_surface(
     vertices: NDArray[np.float32],
     faces: NDArray[np.int32],
     slopes: NDArray[np.float32],

@@ -73,7 +73,7 @@ def hang_lamps(wall: Sequence[Facet], settings: GymSettings, rng: np.random.Gene
     return Lamps(np.stack([x, y, z], axis=1), (0.6, 0.25), power, rgb, 0.42)
 
 
-def _r2(count: int, shift: Floats) -> Floats:
+def _r2_points(count: int, shift: Floats) -> Floats:
     """Return (n, count, 2) low-discrepancy points in the unit square, shifted per row."""
     golden = 1.32471795724474602596
     base = np.arange(1, count + 1)[:, None] * np.array([1 / golden, 1 / golden**2])
@@ -116,7 +116,7 @@ def bake_light(
         ambient = glow[:, None] * (0.5 + 0.5 * rgb) * lamps.glow
         light[part] = settings.light * (direct[:, None] * rgb + ambient)
         towards[part] = lamp_way + sky_way * lamps.glow
-    light, towards = _smooth(surface, light), _smooth(surface, towards)
+    light, towards = _smooth_light(surface, light), _smooth_light(surface, towards)
     strength = np.maximum(light.mean(axis=1, keepdims=True) / settings.light, 1e-3)
     length = np.linalg.norm(towards, axis=1, keepdims=True)
     towards = towards / np.maximum(length, 1e-6) * np.clip(length / strength, 0, 1)
@@ -128,7 +128,7 @@ def _hall_light(
 ) -> tuple[Floats, Floats]:
     """Return light from the hall and its mean direction: bright above, dim near other surfaces."""
     u, v = _tangents(n)
-    square = _r2(rays, shift)
+    square = _r2_points(rays, shift)
     radius, angle = np.sqrt(square[..., 0]), 2 * np.pi * square[..., 1]
     local = np.stack(
         [radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1 - square[..., 0])], axis=-1
@@ -148,7 +148,7 @@ def _lamp_light(
     """Return light from the lamps and its direction, each lamp sampled at `rays` points."""
     total, way = np.zeros(len(p)), np.zeros((len(p), 3))
     for lamp, (centre, power) in enumerate(zip(lamps.centres, lamps.power, strict=True)):
-        square = _r2(rays, (shift + 0.37 * lamp) % 1.0) * 2 - 1
+        square = _r2_points(rays, (shift + 0.37 * lamp) % 1.0) * 2 - 1
         points = centre + np.concatenate(
             [square * np.array(lamps.half), np.zeros((*square.shape[:2], 1))], axis=-1
         )
@@ -169,7 +169,7 @@ def _lamp_light(
     return total, way
 
 
-def _smooth(surface: Surface, values: Singles, rounds: int = 2) -> Singles:
+def _smooth_light(surface: Surface, values: Singles, rounds: int = 2) -> Singles:
     """Average over the neighbours along edges, to remove the grain of the sampled light."""
     from scipy.sparse import coo_array, diags_array
 

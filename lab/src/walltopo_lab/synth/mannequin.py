@@ -87,11 +87,11 @@ def skeleton_of(limbs: Floats, hips: Floats, body: Body, out: Floats, side: Floa
     shoulders = neck - half * tilt - 0.05 * spine, neck + half * tilt - 0.05 * spine
     pelvis = hips - 0.09 * across, hips + 0.09 * across
     elbows = tuple(
-        _bend(s, h, 0.44 * body.arm, -0.5 * up + sign * 0.7 * side + _FORWARD * out)
+        _joint_position(s, h, 0.44 * body.arm, -0.5 * up + sign * 0.7 * side + _FORWARD * out)
         for s, h, sign in zip(shoulders, limbs[:2], (-1, 1), strict=True)
     )
     knees = tuple(
-        _bend(p, f, 0.5 * body.leg, sign * 0.8 * side + 0.25 * up + 0.2 * out)
+        _joint_position(p, f, 0.5 * body.leg, sign * 0.8 * side + 0.25 * up + 0.2 * out)
         for p, f, sign in zip(pelvis, limbs[2:], (-1, 1), strict=True)
     )
     head = neck + 0.13 * body.height * _unit(spine - 0.1 * out)
@@ -105,7 +105,7 @@ def _unit(vector: Floats) -> Floats:
     return vector / max(float(np.linalg.norm(vector)), 1e-9)
 
 
-def _bend(a: Floats, b: Floats, length: float, towards: Floats) -> Floats:
+def _joint_position(a: Floats, b: Floats, length: float, towards: Floats) -> Floats:
     """Return the joint between two ends of a limb whose halves have this length."""
     way = b - a
     half = min(float(np.linalg.norm(way)) / 2, length)
@@ -175,7 +175,7 @@ def draw_body(
     ----------
     camera : without distortion. light : radiance of a white surface that faces the lamps.
     """
-    pixels = _corners(camera, cam_from_world, parts)
+    pixels = _body_box(camera, cam_from_world, parts)
     drawn = np.zeros(picture.shape[:2], np.bool_)
     if pixels is None:
         return drawn
@@ -190,7 +190,7 @@ def draw_body(
     return drawn
 
 
-def _corners(camera: Camera, pose: Floats, parts: Floats) -> tuple[int, int, int, int] | None:
+def _body_box(camera: Camera, pose: Floats, parts: Floats) -> tuple[int, int, int, int] | None:
     """Return the box of pixels that a body may cover, None outside the picture."""
     ends = parts[:, :6].reshape(-1, 3)
     seen = camera.project(ends @ pose[:, :3].T + pose[:, 3])

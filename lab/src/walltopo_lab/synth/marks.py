@@ -59,7 +59,7 @@ def chalk_halo(
     canvas.image[...] = canvas.image * (1 - weight) + 0.93 * weight
 
 
-def _patch(
+def _fill_patch(
     canvas: Canvas,
     sheet: NDArray[np.float64],
     box: tuple[float, float, float, float],
@@ -124,11 +124,11 @@ def tags(
         along = np.array([np.cos(turn), np.sin(turn)])
         right, up = along * TAG_SIZE[0] / 2, along[::-1] * (-1, 1) * TAG_SIZE[1] / 2
         sheet = np.stack([right / canvas.texel, up / canvas.texel, canvas.pixels(middle)])
-        _patch(canvas, sheet, (-1, 1, -1, 1), (0.9, 0.9, 0.88))
-        _patch(canvas, sheet, (-1, -0.5, -1, 1), tuple(map(float, hold.rgb)))
+        _fill_patch(canvas, sheet, (-1, 1, -1, 1), (0.9, 0.9, 0.88))
+        _fill_patch(canvas, sheet, (-1, -0.5, -1, 1), tuple(map(float, hold.rgb)))
         for y in (0.2, -0.5):
             end = float(rng.uniform(0.2, 0.85))
-            _patch(canvas, sheet, (-0.3, end, y, y + 0.3), (0.25, 0.25, 0.25))
+            _fill_patch(canvas, sheet, (-0.3, end, y, y + 0.3), (0.25, 0.25, 0.25))
         across, upward, normal = facet.frame
         axes = np.stack([across, upward])
         position = facet.corners[0] + middle @ axes

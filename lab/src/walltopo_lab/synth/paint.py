@@ -31,7 +31,7 @@ _SCHEMES = (
 )
 
 
-def _shapes(
+def _paint_shapes(
     canvas: Canvas, rng: np.random.Generator, scheme: Sequence[tuple[float, float, float]]
 ) -> None:
     """Paint one colour, and on some facets a second beyond a slanting line."""
@@ -46,7 +46,7 @@ def _shapes(
         canvas.image[side > 0] = second
 
 
-def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     settings = work.settings
     scheme = _SCHEMES[work.scheme % len(_SCHEMES)]
     if settings.finish == "plywood":
@@ -54,7 +54,7 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
         paint_plywood(canvas, rng, (*map(float, tone),))  # type: ignore[arg-type]
         add_speckle(canvas, rng, 0.02, 0.03)
     else:
-        _shapes(canvas, rng, scheme)
+        _paint_shapes(canvas, rng, scheme)
         rough = 0.075 if settings.finish == "textured" else 0.035
         add_speckle(canvas, rng, rough, 0.018 + 0.02 * settings.wear)
     if rng.random() < 0.07:
@@ -71,7 +71,7 @@ def _wall(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
     work.tags.extend(tags(canvas, facet, here, rng))
 
 
-def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     record = work.volumes[facet.instance]
     if record.colour == "wood":
         paint_plywood(canvas, rng, record.rgb)
@@ -88,7 +88,7 @@ def _volume(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Genera
     tnut_holes(canvas, facet, rng)
 
 
-def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     """Paint a patch of a round volume: gelcoat, with shoe rubber and chalk on some patches."""
     canvas.image[...] = np.array(work.volumes[facet.instance].rgb, np.float32)
     add_speckle(canvas, rng, 0.03, 0.02)
@@ -100,7 +100,7 @@ def _dome(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generato
     draw_strokes(canvas, rng, int(smears), 0.92, (0.03, 0.15), 0.01, 0.8)
 
 
-def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     """Paint vinyl mats of 2 x 1 m with seams, footprints and chalk."""
     import cv2
 
@@ -120,7 +120,9 @@ def _floor(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generat
     draw_strokes(canvas, rng, int(area * 5), 0.07, (0.03, 0.3), 0.002, 0.5)
 
 
-def _concrete(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_concrete(
+    canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator
+) -> None:
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -135,7 +137,7 @@ def _concrete(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Gene
             cv2.line(canvas.image, a, b, (0.2, 0.2, 0.2), 1)
 
 
-def _ceiling(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_ceiling(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -151,7 +153,7 @@ def _ceiling(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Gener
         cv2.line(canvas.image, (0, p), (w, p), (0.1, 0.1, 0.11), max(1, int(0.07 / canvas.texel)))
 
 
-def _plate(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
+def _paint_plate(canvas: Canvas, facet: Facet, work: PaintWork, rng: np.random.Generator) -> None:
     import cv2
 
     h, w = canvas.image.shape[:2]
@@ -176,15 +178,15 @@ class PaintWork:
 
 
 _PAINTERS: dict[str, Callable[[Canvas, Facet, PaintWork, np.random.Generator], None]] = {
-    "wall": _wall,
-    "fin": _wall,
-    "volume": _volume,
-    "dome": _dome,
-    "floor": _floor,
-    "concrete": _concrete,
-    "ceiling": _ceiling,
-    "plate": _plate,
-    "sticker": _plate,
+    "wall": _paint_wall,
+    "fin": _paint_wall,
+    "volume": _paint_volume,
+    "dome": _paint_dome,
+    "floor": _paint_floor,
+    "concrete": _paint_concrete,
+    "ceiling": _paint_ceiling,
+    "plate": _paint_plate,
+    "sticker": _paint_plate,
 }
 
 

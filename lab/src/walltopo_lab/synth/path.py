@@ -36,7 +36,7 @@ def look_at(eye: Floats, target: Floats, roll: float) -> Floats:
     return np.column_stack([rotation, -rotation @ eye])
 
 
-def _front(wall: list[Facet], x: float) -> tuple[float, float]:
+def _wall_front(wall: list[Facet], x: float) -> tuple[float, float]:
     """Return y of the wall's foot at x and y of the wall's most forward point nearby."""
     points = np.concatenate([f.corners for f in wall])
     foot = points[points[:, 2] < 0.01]
@@ -134,7 +134,7 @@ def _wall_photo(
     margin = min(0.3 * (high - low), 1.1)
     aim_x = low + margin + t * (high - low - 2 * margin) + rng.normal(0, 0.12)
     x = aim_x + rng.normal(0, 0.35) + 0.5 * np.sin(7.0 * t + lap)
-    foot, forward = _front(wall, aim_x)
+    foot, forward = _wall_front(wall, aim_x)
     depth = photos.distance_low + (photos.distance_high - photos.distance_low) * (
         ((lap + 0.5) / stop.passes + rng.uniform(-0.25, 0.25)) % 1.0
     )
@@ -156,6 +156,6 @@ def _plate_photo(
     centre = plate.corners.mean(axis=0)
     side = (-0.6, 0.55, -0.2, 0.25, 0.9, -0.95)[turn % 6] + rng.normal(0, 0.1)
     eye = np.array([centre[0] + side, centre[1] - rng.uniform(1.4, 1.7), rng.uniform(1.5, 1.75)])
-    foot, _ = _front(wall, centre[0])
+    foot, _ = _wall_front(wall, centre[0])
     aim = np.array([centre[0] - 0.15 * side, 0.2 * centre[1] + 0.8 * foot, 0.3])
     return look_at(eye, aim, np.radians(rng.normal(0, 2.0)))

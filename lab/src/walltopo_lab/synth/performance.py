@@ -100,23 +100,25 @@ def perform(
     out = climb.grips.wall.mean(axis=0)
     side = right_of(out)
     spots = climb.grips.position + 0.01 * out  # the fingers lie on the hold, not in the wall
-    body = _standing(spots[list(climb.start)].mean(axis=0), sequence.body, out, side)
+    body = _stand_before_start(spots[list(climb.start)].mean(axis=0), sequence.body, out, side)
     _wait(line, body, rng.uniform(0.6, 1.5))
     first = sequence.moves[0]
     for limb, hold in enumerate(first.limbs):
-        _reach(line, body, limb, hold, spots, np.array(first.hip), (out, side, sequence.body), rng)
+        _move_limb(
+            line, body, limb, hold, spots, np.array(first.hip), (out, side, sequence.body), rng
+        )
     for move in sequence.moves[1:]:
         _wait(line, body, rng.uniform(0.2, 1.2))
         limb = NAMES.index(move.limb) if move.limb is not None else 0
         at = move.limbs[limb]
-        _reach(line, body, limb, at, spots, np.array(move.hip), (out, side, sequence.body), rng)
+        _move_limb(line, body, limb, at, spots, np.array(move.hip), (out, side, sequence.body), rng)
     topped = None
     if sequence.reached:
         topped = line.now
         _wait(line, body, rng.uniform(0.8, 2.0))
     else:
         _wait(line, body, rng.uniform(0.4, 1.0))
-    _fall(line, body)
+    _fall_off(line, body)
     for limb in list(line.open):
         line.release(limb)
     contacts = tuple(sorted(line.contacts, key=lambda one: (one.begin, one.limb)))
@@ -136,7 +138,7 @@ def right_of(out: Floats) -> Floats:
     return side / max(float(np.linalg.norm(side)), 1e-9)
 
 
-def _standing(start: Floats, person: Body, out: Floats, side: Floats) -> _Body:
+def _stand_before_start(start: Floats, person: Body, out: Floats, side: Floats) -> _Body:
     """Return the body on the ground in front of the start."""
     level = out * [1, 1, 0]
     base = start * [1, 1, 0] + 0.5 * level / max(float(np.linalg.norm(level)), 1e-9)
@@ -151,7 +153,7 @@ def _wait(line: _Timeline, body: _Body, seconds: float) -> None:
         line.add(body.limbs, body.hip)
 
 
-def _reach(
+def _move_limb(
     line: _Timeline,
     body: _Body,
     limb: int,
@@ -164,7 +166,7 @@ def _reach(
     """Move one limb to a hold in an arc, and the hips along."""
     out = frame[0]
     line.release(limb)
-    target = spots[hold] if hold != _AIR else _hanging(hip, limb, frame)
+    target = spots[hold] if hold != _AIR else _free_limb(hip, limb, frame)
     duration = rng.uniform(0.5, 0.9) if limb < LIMBS // 2 else rng.uniform(0.35, 0.7)
     begin, hip_begin = body.limbs[limb].copy(), body.hip.copy()
     arc = rng.uniform(0.08, 0.2)
@@ -175,19 +177,19 @@ def _reach(
         body.hip = hip_begin + share * (hip - hip_begin)
         for foot in _FEET:
             if foot != limb and foot not in line.open:
-                body.limbs[foot] = _hanging(body.hip, foot, frame)
+                body.limbs[foot] = _free_limb(body.hip, foot, frame)
         line.add(body.limbs, body.hip)
     line.grip(limb, hold)
 
 
-def _hanging(hip: Floats, limb: int, frame: tuple[Floats, Floats, Body]) -> Floats:
+def _free_limb(hip: Floats, limb: int, frame: tuple[Floats, Floats, Body]) -> Floats:
     """Return where a limb without a hold is: below the hips, on the ground at the lowest."""
     out, side, person = frame
     place = hip + (1 if limb % 2 else -1) * 0.12 * side + 0.05 * out
     return np.array([place[0], place[1], max(place[2] - _HANGING * person.leg, 0.0)])
 
 
-def _fall(line: _Timeline, body: _Body) -> None:
+def _fall_off(line: _Timeline, body: _Body) -> None:
     """Let go of everything and fall onto the mat."""
     for limb in range(LIMBS):
         line.release(limb)
@@ -249,11 +251,11 @@ def film(
     for frame in range(n):
         frames.points[frame], _ = frames.project(frame, performance.limbs[frame])
         frames.hips[frame], _ = frames.project(frame, performance.hips[frame])
-    _disturb(frames, rng, errors)
+    _add_pose_errors(frames, rng, errors)
     return frames
 
 
-def _disturb(frames: Frames, rng: np.random.Generator, errors: PoseErrors) -> None:
+def _add_pose_errors(frames: Frames, rng: np.random.Generator, errors: PoseErrors) -> None:
     """Add the errors of a pose network to the points, in place."""
     n = len(frames.times)
     exact = frames.points.copy()

@@ -128,10 +128,10 @@ class Renderer:
             band_ids,
         )
         image[y0:y1] = flat.reshape(y1 - y0, camera.width, 3)
-        ids[y0:y1] = _majority(band_ids.reshape(y1 - y0, camera.width, samples * samples))
+        ids[y0:y1] = _majority_vote(band_ids.reshape(y1 - y0, camera.width, samples * samples))
 
 
-def _majority(votes: NDArray[np.int32]) -> NDArray[np.int32]:
+def _majority_vote(votes: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the most frequent value along the last axis (the first of equals)."""
     counts = (votes[..., :, None] == votes[..., None, :]).sum(axis=-1)
     best = counts.argmax(axis=-1)

@@ -79,7 +79,7 @@ def _second_colour(
     palette = {
         name: rgb
         for name, rgb in PALETTES[settings.colours].items()
-        if name != hold.colour and _contrast(hold.rgb, rgb) >= _MIN_CONTRAST
+        if name != hold.colour and _paint_contrast(hold.rgb, rgb) >= _MIN_CONTRAST
     }
     if not palette:
         return None
@@ -101,7 +101,7 @@ def _second_colour(
     return SecondColour(name, palette[name], plane, share)
 
 
-def _contrast(one: RGB, two: RGB) -> float:
+def _paint_contrast(one: RGB, two: RGB) -> float:
     """Return the difference of two paints (sRGB, 0..1)."""
     first, second = features(linear_from_srgb(np.array([one, two])), _LIGHTNESS_WEIGHT)
     return float(np.linalg.norm(first - second))

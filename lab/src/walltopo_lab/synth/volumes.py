@@ -41,13 +41,13 @@ _PAINTS: dict[str, tuple[tuple[str, tuple[float, float, float]], ...]] = {
 }
 
 
-def _polyhedron(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
+def _make_polyhedron(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
     """Return outline (N, 2) and polygons of a plywood volume."""
-    outline, top = _shape(rng)
-    return outline, _faces(outline, top)
+    outline, top = _make_shape(rng)
+    return outline, _volume_faces(outline, top)
 
 
-def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _make_shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Return outline (N, 2) on the wall, counter-clockwise, and top points (1 or N, 3); metres."""
     corners = int(rng.integers(3, 6))
     size = rng.uniform(0.22, 0.52)
@@ -64,10 +64,10 @@ def _shape(rng: np.random.Generator) -> tuple[Floats, Floats]:
     return outline, np.array([[shift[0], shift[1], depth]])
 
 
-def _faces(outline: Floats, top: Floats) -> list[Floats]:
+def _volume_faces(outline: Floats, top: Floats) -> list[Floats]:
     """Return polygons (3 or 4, 3) of the volume in its frame, its back 2 cm in the wall.
 
-    `outline` and `top` as `_shape` returns them.
+    `outline` and `top` as `_make_shape` returns them.
     """
     count = len(outline)
     base = np.column_stack([outline, np.full(count, -0.02)])
@@ -85,7 +85,7 @@ def _faces(outline: Floats, top: Floats) -> list[Floats]:
     return polygons
 
 
-def _dome(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
+def _make_dome(rng: np.random.Generator) -> tuple[Floats, list[Floats]]:
     """Return outline (24, 2) and polygons of a round volume: a flat oval dome, edge rounded."""
     size, aspect = rng.uniform(0.2, 0.45), rng.uniform(0.6, 1.0)
     depth = size * rng.uniform(0.35, 0.8)
@@ -131,7 +131,7 @@ def place_volumes(
         # Without round volumes nothing is drawn, so that gyms from before this setting are
         # unchanged.
         is_round = settings.round_volumes > 0 and rng.random() < settings.round_volumes
-        outline, polygons = _dome(rng) if is_round else _polyhedron(rng)
+        outline, polygons = _make_dome(rng) if is_round else _make_polyhedron(rng)
         weights = rng.dirichlet(np.ones(len(host.corners)) * 2)
         centre = weights @ host.corners
         radius = float(np.linalg.norm(outline, axis=1).max())

@@ -13,7 +13,7 @@ from walltopo_lab.synth.params import GymSettings
 Floats = NDArray[np.float64]
 
 
-def _plan(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _plan_columns(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Return foot points (C, 2) of the columns and the outward direction (C, 2) at each."""
     panels = settings.columns - 1
     widths = rng.uniform(0.75, 1.25, panels)
@@ -29,17 +29,17 @@ def _plan(settings: GymSettings, rng: np.random.Generator) -> tuple[Floats, Floa
     return foot, outward
 
 
-def _rows(settings: GymSettings, rng: np.random.Generator) -> Floats:
+def _row_heights(settings: GymSettings, rng: np.random.Generator) -> Floats:
     """Return the heights of the rows of corners: floor, a crease or two, the top."""
     count = max(1, round(settings.height / 2.6)) if settings.facets > 0.3 else 1
     inner = (np.arange(1, count + 1) - 0.45) / (count + 0.3) * settings.height
     return np.concatenate([[0.0], inner + rng.uniform(-0.15, 0.15, count), [settings.height]])
 
 
-def _corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
+def _panel_corners(settings: GymSettings, rng: np.random.Generator) -> Floats:
     """Return the (R, C, 3) corners of the panels."""
-    foot, outward = _plan(settings, rng)
-    heights = _rows(settings, rng)
+    foot, outward = _plan_columns(settings, rng)
+    heights = _row_heights(settings, rng)
     low, high = np.radians([settings.overhang_min_deg, settings.overhang_max_deg])
     lean = rng.uniform(low, high, len(foot))
     # In a plain gym panels, not columns, have a lean, so neighbouring columns share it.
@@ -65,7 +65,7 @@ def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
     A panel between two columns is cut along one diagonal. If its four corners lie in a plane, it
     stays one facet; otherwise the diagonal is a crease, as in gyms built of facets.
     """
-    corners = _corners(settings, rng)
+    corners = _panel_corners(settings, rng)
     facets = []
     for row in range(corners.shape[0] - 1):
         for column in range(corners.shape[1] - 1):
@@ -78,11 +78,11 @@ def build_wall(settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
                 facets.append(Facet(np.array([a, b, c, d]), "wall", style=style))
             else:
                 facets += [Facet(np.array(t), "wall", style=style + k) for k, t in enumerate(pair)]
-    facets += _fins(corners, settings, rng)
+    facets += _place_fins(corners, settings, rng)
     return facets
 
 
-def _fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
+def _place_fins(corners: Floats, settings: GymSettings, rng: np.random.Generator) -> list[Facet]:
     """Return fins: floor pyramids leaning on an inner column, with two facets and an arete each."""
     facets: list[Facet] = []
     inner = np.arange(1, corners.shape[1] - 1)
@@ -125,11 +125,11 @@ def build_hall(wall: list[Facet], settings: GymSettings) -> list[Facet]:
         Facet(left, "concrete", texel=0.008, style=2),
         Facet(right, "concrete", texel=0.008, style=3),
         Facet(ceiling, "ceiling", texel=0.012),
-        *_benches(low, high, settings.benches),
+        *_place_benches(low, high, settings.benches),
     ]
 
 
-def _benches(low: Floats, high: Floats, count: int) -> list[Facet]:
+def _place_benches(low: Floats, high: Floats, count: int) -> list[Facet]:
     """Return benches, evenly along the wall and a step before it."""
     facets: list[Facet] = []
     for number in range(count):

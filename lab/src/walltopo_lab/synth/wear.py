@@ -87,11 +87,11 @@ def wear_holds(
             gone.append(hold.id)
         elif chance < _GONE + _TURNED:
             angle = float(rng.uniform(*_TURN_DEG) * rng.choice((-1, 1)))
-            worn.append(_turned(hold, np.radians(angle)))
+            worn.append(_turn_hold(hold, np.radians(angle)))
             turned[hold.id] = angle
         elif chance < _GONE + _TURNED + _SHIFTED:
             length = float(rng.uniform(*_SHIFT_M))
-            moved = _shifted(hold, length, holds, facets, rng)
+            moved = _shift_hold(hold, length, holds, facets, rng)
             worn.append(moved or hold)
             if moved is not None:
                 shifted[hold.id] = length
@@ -100,7 +100,7 @@ def wear_holds(
     return worn, Wear(turned, shifted, tuple(gone))
 
 
-def _turned(hold: GymInstance, angle: float) -> GymInstance:
+def _turn_hold(hold: GymInstance, angle: float) -> GymInstance:
     """Return the hold turned about its bolt; angle in radians."""
     assert hold.placement is not None
     cos, sin = np.cos(angle), np.sin(angle)
@@ -110,7 +110,7 @@ def _turned(hold: GymInstance, angle: float) -> GymInstance:
     )
 
 
-def _shifted(
+def _shift_hold(
     hold: GymInstance,
     length: float,
     others: Sequence[GymInstance],

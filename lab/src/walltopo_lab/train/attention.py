@@ -52,10 +52,10 @@ def fuse_attention(model: Any) -> int:
         else:
             continue  # no attention
         result = product.output[0]
-        fused[result] = _attention(queries, keys, product.input[1], result, factor)
+        fused[result] = _fused_attention(queries, keys, product.input[1], result, factor)
     if fused:
         graph.initializer.append(helper.make_tensor(_AXIS, TensorProto.INT64, [1], [1]))
-        _replace(graph, fused)
+        _replace_nodes(graph, fused)
         model.opset_import.append(helper.make_opsetid("com.microsoft", 1))
     return len(fused)
 
@@ -67,7 +67,7 @@ def _before_transposition(maker: dict[str, Any], name: str) -> str:
     return name
 
 
-def _attention(queries: str, keys: str, values: str, result: str, factor: float) -> list[Any]:
+def _fused_attention(queries: str, keys: str, values: str, result: str, factor: float) -> list[Any]:
     """Return the nodes of one attention."""
     from onnx import helper
 
@@ -87,7 +87,7 @@ def _attention(queries: str, keys: str, values: str, result: str, factor: float)
     ]
 
 
-def _replace(graph: Any, nodes: dict[str, list[Any]]) -> None:
+def _replace_nodes(graph: Any, nodes: dict[str, list[Any]]) -> None:
     """Replace the nodes that make some tensors, and drop what nothing needs any more."""
     every = []
     for node in graph.node:

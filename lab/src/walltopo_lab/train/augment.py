@@ -35,7 +35,7 @@ class Crop:
     seen: NDArray[np.float64]
 
 
-def _similarity(
+def _random_similarity(
     sample: Sample, side: int, settings: AugmentSettings, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Return a random (2, 3) similarity from photo to crop.
@@ -110,7 +110,7 @@ def crop_sample(
     sample: Sample, side: int, settings: AugmentSettings, rng: np.random.Generator
 ) -> Crop:
     """Return a random crop of `side` px, with the boxes of the objects in it."""
-    matrix = _similarity(sample, side, settings, rng)
+    matrix = _random_similarity(sample, side, settings, rng)
     # The matrix maps pixel corners, as boxes use; OpenCV's maps pixel centres.
     pixels = matrix.copy()
     pixels[:, 2] += matrix[:, :2] @ [0.5, 0.5] - 0.5
@@ -142,7 +142,7 @@ def crop_sample(
     extent = np.ceil(side * rng.uniform(settings.crop_fraction, 1.0, 2)).astype(int)
     x0, y0 = (int(v) for v in rng.integers(0, side - extent + 1))
     window = (x0, y0, x0 + int(extent[0]), y0 + int(extent[1]))
-    return _assemble([(everything, window)], blank)
+    return _assemble_mosaic([(everything, window)], blank)
 
 
 def mosaic(crops: Sequence[Crop], rng: np.random.Generator) -> Crop:
@@ -152,10 +152,10 @@ def mosaic(crops: Sequence[Crop], rng: np.random.Generator) -> Crop:
     side = crops[0].image.shape[0]
     x, y = (int(v) for v in rng.integers(round(0.3 * side), round(0.7 * side) + 1, 2))
     windows = ((0, 0, x, y), (x, 0, side, y), (0, y, x, side), (x, y, side, side))
-    return _assemble(list(zip(crops, windows, strict=True)), 0)
+    return _assemble_mosaic(list(zip(crops, windows, strict=True)), 0)
 
 
-def _assemble(parts: Sequence[tuple[Crop, tuple[int, int, int, int]]], blank: int) -> Crop:
+def _assemble_mosaic(parts: Sequence[tuple[Crop, tuple[int, int, int, int]]], blank: int) -> Crop:
     """Combine crops of one size into one, each visible only in its window x0, y0, x1, y1."""
     image = np.full_like(parts[0][0].image, blank)
     ids = np.zeros_like(parts[0][0].ids)

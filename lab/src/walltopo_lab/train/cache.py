@@ -95,7 +95,7 @@ def _read_photo(path: Path) -> tuple[NDArray[np.uint8], float]:
     return np.asarray(image, dtype=np.uint8), scale
 
 
-def _key(photo: Path, *facts: object) -> str:
+def _entry_key(photo: Path, *facts: object) -> str:
     """Return the key of an entry: preparation version, photo and label content."""
     text = json.dumps([PREPARED_VERSION, photo.stat().st_size, *facts])
     return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
@@ -165,7 +165,7 @@ def cache_yolo(
         if not labels_path.is_file():
             continue
         names.append(path.name)
-        key = _key(path, labels_path.read_text(), volumes_labelled)
+        key = _entry_key(path, labels_path.read_text(), volumes_labelled)
         if _is_current(folder, path.name, key):
             continue
         classes, boxes = read_yolo_boxes(labels_path, 1, 1)
@@ -200,7 +200,7 @@ def cache_boxes(
         named = [(names[row["category_id"]], row["bbox"]) for row in by_image[image["id"]]]
         rows = [(categories[name], box) for name, box in named if name in categories]
         path = photos / image["file_name"]
-        key = _key(path, rows)
+        key = _entry_key(path, rows)
         if _is_current(folder, path.name, key):
             continue
         boxes = np.array([box for _, box in rows], dtype=np.float64).reshape(-1, 4)
@@ -260,7 +260,7 @@ def cache_coco(
     for name, masks in by_photo.items():
         progress.advance()
         flat = name.replace("/", "_")
-        key = _key(photos / name, written, sorted(categories.items()))
+        key = _entry_key(photos / name, written, sorted(categories.items()))
         if _is_current(folder, flat, key):
             continue
         image, _ = _read_photo(photos / name)

@@ -49,7 +49,7 @@ def min_scores(
     return chosen
 
 
-def _errors(found: PhotoDetections, truth: Truth, scale: float) -> NDArray[np.float64]:
+def _centre_errors(found: PhotoDetections, truth: Truth, scale: float) -> NDArray[np.float64]:
     """Return (m, 2) centre errors of the boxes that match a label, in input pixels."""
     if not len(found) or not len(truth.labels):
         return np.zeros((0, 2))
@@ -82,7 +82,7 @@ def network_offset(
         turned = np.ascontiguousarray(photo[:, ::-1])
         sides = ((photo, truth), (turned, Truth(other, truth.labels)))
         for k, (picture, labels) in enumerate(sides):
-            new = _errors(detector.detect(picture), labels, scale)
+            new = _centre_errors(detector.detect(picture), labels, scale)
             errors[k] = np.concatenate([errors[k], new])
     if not all(map(len, errors)):
         return [0.0, 0.0]

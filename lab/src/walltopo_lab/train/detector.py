@@ -90,7 +90,7 @@ def _drop_wrong(
     return [drop_photos(s, wrong) for s in sets]
 
 
-def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
+def _crop_shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
     """Return each set's share of the crops.
 
     Exact sets together get `synthetic`; sets of one kind divide their share by number of photos.
@@ -106,7 +106,7 @@ def _shares(sets: Sequence[LabelledSet], synthetic: float) -> list[float]:
     ]
 
 
-def _open(
+def _open_sets(
     job: Job, settings: TrainSettings, progress: Progress
 ) -> tuple[list[LabelledSet], dict[str, float]]:
     """Return the sets of a job, and the shares of the crops that its pack states, by set."""
@@ -185,7 +185,7 @@ def fit_detector(
     on_check : called after each check with its number from 1 and AP50 on held-out photos; an
         exception ends the training.
     """
-    sets, stated = _open(job, settings, progress)
+    sets, stated = _open_sets(job, settings, progress)
     folder, names = _held_out(sets, settings.check_photos)
     checks = 0
 
@@ -199,7 +199,9 @@ def fit_detector(
 
     def leg(parts: Sequence[LabelledSet], until: float) -> Run:
         used = [s for s in parts if s.train and stated.get(s.name, 1.0) > 0]
-        shares = [stated[s.name] for s in used] if stated else _shares(used, settings.synthetic)
+        shares = (
+            [stated[s.name] for s in used] if stated else _crop_shares(used, settings.synthetic)
+        )
         source = CropSource(
             [(s.folder, s.train) for s in used],
             [share / sum(shares) for share in shares],

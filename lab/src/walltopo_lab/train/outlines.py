@@ -60,7 +60,7 @@ class _Outline:
 
 
 @torch.no_grad()
-def _look(net: VoteNet, photo: NDArray[np.uint8], size: int) -> _Look:
+def _mean_outputs(net: VoteNet, photo: NDArray[np.uint8], size: int) -> _Look:
     """Return the outputs for a photo, with the mask averaged over the mirrored photo."""
     scale = size / max(photo.shape[:2])
     device = next(net.parameters()).device
@@ -77,7 +77,7 @@ def _look(net: VoteNet, photo: NDArray[np.uint8], size: int) -> _Look:
     return _Look(heat_map, vote_map, mask_map, scale)
 
 
-def _outlines(looks: Sequence[_Look], sample: Sample) -> dict[int, _Outline]:
+def _usable_outlines(looks: Sequence[_Look], sample: Sample) -> dict[int, _Outline]:
     """Return the usable outlines by object; `looks` are a large and a small one."""
     height, width = sample.ids.shape
     boxes = sample.boxes.astype(np.float64)
@@ -95,13 +95,13 @@ def _outlines(looks: Sequence[_Look], sample: Sample) -> dict[int, _Outline]:
             look, owner = looks[number], owners[number]
             box = boxes[k] * look.scale
             window = confidence_of(look.mask[c], owner, n, box, look.scale, (width, height))
-            outline = None if window is None else _fitting(*window, boxes[k])
+            outline = None if window is None else _fitting_outline(*window, boxes[k])
             if outline is not None:
                 made[int(k)] = outline
     return made
 
 
-def _fitting(
+def _fitting_outline(
     confidence: NDArray[np.float32], x: int, y: int, box: NDArray[np.float64]
 ) -> _Outline | None:
     """Return the outline that fills a box of the photo, or None if its extent disagrees."""
@@ -126,14 +126,14 @@ def redraw(net: VoteNet, sample: Sample) -> Sample:
     sample : a photo with pseudo-masks; labels and boxes stay as they are.
     """
     photo = np.asarray(cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB), dtype=np.uint8)
-    looks = [_look(net, photo, size) for size in (_SIZE, round(_SIZE * _SECOND))]
-    made = _outlines(looks, sample)
-    ids, hulls = _paint(sample, made)
+    looks = [_mean_outputs(net, photo, size) for size in (_SIZE, round(_SIZE * _SECOND))]
+    made = _usable_outlines(looks, sample)
+    ids, hulls = _paint_outlines(sample, made)
     _ignore_unlabelled(ids, sample, looks[0])
     return replace(sample, ids=ids, hulls=hulls)
 
 
-def _paint(
+def _paint_outlines(
     sample: Sample, made: dict[int, _Outline]
 ) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
     """Return the instance map and hulls: new outlines, else the old masks."""

@@ -141,7 +141,7 @@ def open_pack(path: Path, cache: Path, progress: Progress) -> Pack:
                 raise ValueError(f"format {facts['format']}, expected {_FORMAT}")
             sets = tuple(_set_of(row, folder) for row in facts["sets"])
             for item in sets:
-                _unpack(archive, item, progress)
+                _unpack_photos(archive, item, progress)
     except (OSError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
         raise InputError(f"{path}: not a pack of `walltopo train pack` ({error})") from error
     shares = facts["shares"]
@@ -162,7 +162,7 @@ def _set_of(row: dict[str, Any], folder: Path) -> LabelledSet:
     )
 
 
-def _unpack(archive: zipfile.ZipFile, item: LabelledSet, progress: Progress) -> None:
+def _unpack_photos(archive: zipfile.ZipFile, item: LabelledSet, progress: Progress) -> None:
     """Write a set's photos into its cache folder; existing ones are kept."""
     names = [*item.train, *item.held_out]
     item.folder.mkdir(parents=True, exist_ok=True)

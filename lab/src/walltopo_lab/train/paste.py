@@ -37,7 +37,7 @@ class _Piece:
     boxes: NDArray[np.float64]
 
 
-def _candidates(source: Crop, rng: np.random.Generator) -> list[int]:
+def _shuffled_objects(source: Crop, rng: np.random.Generator) -> list[int]:
     """Return the objects of a crop in random order, volumes first because they are rare."""
     sides = source.boxes[:, 2:] - source.boxes[:, :2]
     usable = (source.seen >= _MIN_SEEN) & (sides.min(axis=1, initial=np.inf) >= _MIN_SIDE)
@@ -45,7 +45,7 @@ def _candidates(source: Crop, rng: np.random.Generator) -> list[int]:
     return sorted((int(k) for k in order), key=lambda k: source.labels[k] != 2)
 
 
-def _cut(source: Crop, k: int) -> _Piece | None:
+def _cut_object(source: Crop, k: int) -> _Piece | None:
     """Cut out an object and all objects inside its outline; return None if nothing is visible."""
     mine = (source.ids == k + 1).astype(np.uint8)
     shapes, _ = cv2.findContours(mine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
@@ -66,7 +66,7 @@ def _cut(source: Crop, k: int) -> _Piece | None:
     return _Piece(source.image[window], ids[window], source.labels[members], boxes)
 
 
-def _put(target: Crop, piece: _Piece, light: float, rng: np.random.Generator) -> Crop:
+def _paste_piece(target: Crop, piece: _Piece, light: float, rng: np.random.Generator) -> Crop:
     """Paste a piece at a random position; up to a quarter of it may lie beyond the border."""
     side = target.image.shape[0]
     h, w = piece.ids.shape
@@ -114,8 +114,8 @@ def paste_objects(target: Crop, source: Crop, count: int, rng: np.random.Generat
     source : a crop with exact outlines.
     """
     made, light = target, float(source.image.mean())
-    for k in _candidates(source, rng)[:count]:
-        piece = _cut(source, k)
+    for k in _shuffled_objects(source, rng)[:count]:
+        piece = _cut_object(source, k)
         if piece is not None and len(piece.labels):
-            made = _put(made, piece, light, rng)
+            made = _paste_piece(made, piece, light, rng)
     return _without_hidden(made, target)

@@ -52,7 +52,7 @@ def _photos_of(annotations: Path) -> Path:
     return annotations.parent
 
 
-def _categories(annotations: Path) -> dict[int, int]:
+def _category_labels(annotations: Path) -> dict[int, int]:
     """Return the labels of a COCO file's categories: 1 hold, 2 volume, and what is ignored."""
     rows = read_json(annotations).get("categories", [])
     ignored = {row["id"]: DONT_KNOW for row in rows if row["name"] == IGNORED_CATEGORY}
@@ -78,7 +78,7 @@ def open_sets(
         place = hashlib.blake2b(str(path.resolve()).encode(), digest_size=4).hexdigest()
         folder = cache / f"{label}-{place}"
         if exact:
-            names = cache_coco(path, _photos_of(path), folder, progress, _categories(path))
+            names = cache_coco(path, _photos_of(path), folder, progress, _category_labels(path))
             share = held_out if only_exact else 0.0
             kept, aside = split_sources(names, share)
             sets.append(LabelledSet(label, folder, True, tuple(kept), tuple(aside)))

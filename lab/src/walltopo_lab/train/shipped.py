@@ -125,7 +125,7 @@ def _without_wrong_labels(
     return [drop_photos(item, known.get(item.name, [])) for item in sets]
 
 
-def _open(
+def _open_sets(
     data: Path, state: State, progress: Progress
 ) -> tuple[list[LabelledSet], list[float], list[Part]]:
     """Return the training sets with their shares of the crops, and the validation photos."""
@@ -159,7 +159,7 @@ def run(data: Path, state: State, progress: Progress) -> None:
     InputError : a set is missing, or another run uses the folder.
     """
     with state.only_run():
-        used, shares, parts = _open(data, state, progress)
+        used, shares, parts = _open_sets(data, state, progress)
         chosen = quick_check(parts)
 
         def check(net: VoteNet) -> dict[str, float]:
@@ -189,7 +189,7 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     InputError : there is no checkpoint, or a set is missing.
     """
     run = load_run(state.checkpoint, SETTINGS)
-    used, shares, parts = _open(data, state, progress)
+    used, shares, parts = _open_sets(data, state, progress)
     if cool_steps:
         cool_down(run, _crop_source(used, shares), cool_steps, progress)
     return compare(run, parts, shipped_model(), state.exported, progress)
@@ -209,7 +209,7 @@ def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
     return write_pack(out, sets, progress, shares=shares, redraw=partial(redraw, net))
 
 
-def _export(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
+def _export_network(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
     """Export, print the comparison and, if requested, replace the shipped file."""
     made = export(args.data, state, progress, args.cool_down)
     show(comparison_table(made))
@@ -234,7 +234,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 size = pack(args.data, state, args.out, progress)
                 console.print(f"{args.out}: {size / 1e6:.1f} MB", soft_wrap=True)
             else:
-                _export(args, state, progress, lambda text: console.print(text, soft_wrap=True))
+                _export_network(
+                    args, state, progress, lambda text: console.print(text, soft_wrap=True)
+                )
         except InputError as error:
             console.print(f"{error}\n{error.hint or ''}", style="red", soft_wrap=True)
             return 1

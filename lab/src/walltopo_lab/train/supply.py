@@ -76,7 +76,7 @@ def _tensors(batch: Any) -> TensorBatch:
     return {name: torch.from_numpy(array) for name, array in batch.items()}
 
 
-def _work(source: CropSource, seed: int, ready: Any) -> None:
+def _supply_batches(source: CropSource, seed: int, ready: Any) -> None:
     """Put compact batches into a queue until the process is ended."""
     torch.set_num_threads(1)
     for batch in batches(source, seed):
@@ -90,7 +90,7 @@ def _from_processes(source: CropSource, seed: int, count: int) -> Iterator[Tenso
     ready: Any = context.Queue(maxsize=_PER_WORKER * count)
     workers = [
         context.Process(
-            target=_work,
+            target=_supply_batches,
             args=(source, seed + k, ready),
             daemon=True,
         )

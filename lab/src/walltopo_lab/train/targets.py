@@ -53,7 +53,7 @@ def _draw_peak(
     np.maximum(window, (gy[:, None] * gx[None, :]).astype(np.float32), out=window)
 
 
-def _known(ids: NDArray[np.int16]) -> NDArray[np.float32]:
+def _known_classes(ids: NDArray[np.int16]) -> NDArray[np.float32]:
     """Return (C, h, w) 1 where the instance map states whether the class is present."""
     return np.stack([~ignored_at(ids, c + 1) for c in range(_CLASSES)]).astype(np.float32)
 
@@ -67,9 +67,9 @@ def make_targets(crop: Crop) -> Targets:
     vote_weight = np.zeros_like(heat)
     coarse = crop.ids[2::4, 2::4]
     fine = crop.ids[1::2, 1::2]
-    heat_weight = _known(coarse)
+    heat_weight = _known_classes(coarse)
     mask = np.zeros((_CLASSES, half, half), np.float32)
-    mask_weight = _known(fine) * (fine != UNDECIDED)
+    mask_weight = _known_classes(fine) * (fine != UNDECIDED)
     class_of = np.concatenate([[0], crop.labels])
     fine_class = np.where(fine > 0, class_of[np.maximum(fine, 0)], 0)
     for c in range(_CLASSES):

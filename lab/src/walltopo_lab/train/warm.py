@@ -38,7 +38,7 @@ def load_exported(path: Path) -> VoteNet:
             item.name.removeprefix("net.").removesuffix("_half"): onnx.numpy_helper.to_array(item)
             for item in model.graph.initializer
         }
-        _fill(net, arrays)
+        _copy_weights(net, arrays)
     except Exception as error:  # protobuf, json and shapes each raise their own exception types
         raise InputError(
             f"{path}: not a network that `walltopo train` exported ({error})",
@@ -47,7 +47,7 @@ def load_exported(path: Path) -> VoteNet:
     return net
 
 
-def _fill(net: VoteNet, arrays: dict[str, NDArray[np.generic]]) -> None:
+def _copy_weights(net: VoteNet, arrays: dict[str, NDArray[np.generic]]) -> None:
     """Copy the folded weights; biases go to the normalisation of each convolution."""
     modules = dict(net.named_modules())
     with torch.no_grad():
@@ -87,7 +87,7 @@ def measure_norms(net: nn.Module, photos: Iterable[Tensor]) -> None:
     """
     norms = [module for module in net.modules() if isinstance(module, nn.BatchNorm2d)]
     sums = {norm: torch.zeros(3, norm.num_features, dtype=torch.float64) for norm in norms}
-    hooks = [norm.register_forward_pre_hook(_adder(sums[norm])) for norm in norms]
+    hooks = [norm.register_forward_pre_hook(_channel_summer(sums[norm])) for norm in norms]
     net.eval()
     for photo in photos:
         net(photo)
@@ -106,7 +106,7 @@ def measure_norms(net: nn.Module, photos: Iterable[Tensor]) -> None:
         norm.running_var.copy_(variance)
 
 
-def _adder(sums: Tensor) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
+def _channel_summer(sums: Tensor) -> Callable[[nn.Module, tuple[Tensor, ...]], None]:
     """Return a hook that adds count, sum and sum of squares of each channel of its input."""
 
     def add(_: nn.Module, inputs: tuple[Tensor, ...]) -> None:

@@ -23,7 +23,7 @@ def _library() -> Any:
     return need_ultralytics("training this model", "train the default: --model votes")
 
 
-def _network(name: str, weights: Path | None) -> Any:
+def _make_network(name: str, weights: Path | None) -> Any:
     """Return a network with random weights, or with those of a `.pt` file."""
     library = _library()
     kind = library.RTDETR if name.startswith("rtdetr") else library.YOLO
@@ -83,7 +83,7 @@ def _ap50(metrics: dict[str, Any]) -> float:
     return 0.0
 
 
-def _fit(
+def _fit_network(
     job: Job, name: str, arguments: dict[str, Any], progress: Progress, on_epoch: OnCheck | None
 ) -> None:
     """Train or resume; do nothing after a completed training."""
@@ -98,7 +98,7 @@ def _fit(
     if known["done"]:
         return
     last = job.out / "ultralytics" / "weights" / "last.pt"
-    network = _network(name, last if last.is_file() else job.pretrained)
+    network = _make_network(name, last if last.is_file() else job.pretrained)
     begun, before = time.monotonic(), float(known["seconds"])
 
     def keep_best(trainer: Any) -> None:
@@ -120,7 +120,7 @@ def _fit(
     write_json(record, known | {"done": True})
 
 
-def _export(job: Job, name: str, settings: YoloSettings) -> Path:
+def _export_network(job: Job, name: str, settings: YoloSettings) -> Path:
     """Export `holds.onnx` with float16 weights for float32 arithmetic, and return its path."""
     import onnx
 
@@ -165,7 +165,7 @@ def train_yolo(
     InputError : a data set or the pretrained weights cannot be read.
     """
     sets = fit_yolo(job, name, settings, augment, progress, on_epoch)
-    path = _export(job, name, settings)
+    path = _export_network(job, name, settings)
     figures, _ = calibrate(path, _checked(sets), progress)
     counts = [(s.name, len(s.train), len(s.held_out), len(s.dropped)) for s in sets]
     tables = (asdict(settings), asdict(augment))
@@ -199,6 +199,6 @@ def fit_yolo(
     folder = job.cached / ("yolo-outlines" if segments else "yolo-boxes")
     data = write_yolo_set(sets, folder, segments)
     progress.step(f"training {name}", 1)
-    _fit(job, name, train_arguments(settings, augment, data, job.out), progress, on_epoch)
+    _fit_network(job, name, train_arguments(settings, augment, data, job.out), progress, on_epoch)
     progress.advance()
     return sets

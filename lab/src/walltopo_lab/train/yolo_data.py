@@ -16,7 +16,7 @@ from walltopo_lab.train.sets import LabelledSet
 _CLASSES = ("hold", "volume")
 
 
-def _outline(sample: Sample, k: int, exact: bool) -> NDArray[np.float64]:
+def _object_outline(sample: Sample, k: int, exact: bool) -> NDArray[np.float64]:
     """Return the (n, 2) outline of an object in pixels.
 
     Ultralytics derives an object's box from its outline. A pseudo-mask may be
@@ -39,7 +39,7 @@ def label_lines(sample: Sample, exact: bool, segments: bool) -> list[str]:
     lines = []
     for k, label in enumerate(sample.labels):
         if segments:
-            values = np.clip(_outline(sample, k, exact) / [width, height], 0, 1).ravel()
+            values = np.clip(_object_outline(sample, k, exact) / [width, height], 0, 1).ravel()
         else:
             x0, y0, x1, y1 = np.clip(sample.boxes[k], 0, [width, height, width, height])
             values = np.array([(x0 + x1) / 2, (y0 + y1) / 2, x1 - x0, y1 - y0])

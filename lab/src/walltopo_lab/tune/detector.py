@@ -134,7 +134,7 @@ def model_name(family: str, network: str) -> str:
     return f"yolo11{network}" + ("-seg" if family.endswith("-seg") else "")
 
 
-def _train(
+def _train_trial(
     search: DetectorSearch,
     values: Mapping[str, Any],
     folder: Path,
@@ -191,7 +191,7 @@ def run_search(study: Any, search: DetectorSearch, trials: int, progress: Progre
 
         values = sample_point(trial, search.space())
         progress.detail(f"trial {trial.number}: {values}")
-        _train(search, values, search.out / f"trial-{trial.number}", seen, progress)
+        _train_trial(search, values, search.out / f"trial-{trial.number}", seen, progress)
         return best
 
     def report_trial(_study: Any, trial: Any) -> None:

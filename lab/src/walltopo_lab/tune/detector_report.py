@@ -27,9 +27,9 @@ def best_trial(trials: Sequence[SearchTrial]) -> SearchTrial:
 def write_search(folder: Path, search: DetectorSearch, trials: Sequence[SearchTrial]) -> None:
     """Write `tuned.toml` (for `walltopo train --hyp`), `report.md` and `search.png`."""
     best = best_trial(trials)
-    _write(folder / "tuned.toml", _settings(search, best))
+    _write(folder / "tuned.toml", _settings_lines(search, best))
     _write(folder / "report.md", _report(search, trials, best))
-    _draw(folder / "search.png", search, trials, best)
+    _draw_plots(folder / "search.png", search, trials, best)
 
 
 def _write(path: Path, lines: Sequence[str]) -> None:
@@ -37,7 +37,7 @@ def _write(path: Path, lines: Sequence[str]) -> None:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _settings(search: DetectorSearch, best: SearchTrial) -> list[str]:
+def _settings_lines(search: DetectorSearch, best: SearchTrial) -> list[str]:
     """Return the keys of the settings class that the family trains with, as TOML lines."""
     values, votes = best.values, search.family == "votes"
     model = "votes" if votes else model_name(search.family, values["network"])
@@ -74,7 +74,7 @@ def _report(search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchT
     return [*lines, "", "![the search](search.png)"]
 
 
-def _draw(
+def _draw_plots(
     path: Path, search: DetectorSearch, trials: Sequence[SearchTrial], best: SearchTrial
 ) -> None:
     """Plot AP50 over the steps of every trial, and over each hyperparameter."""

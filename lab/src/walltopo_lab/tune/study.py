@@ -72,7 +72,7 @@ def open_study(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # GPSampler is marked experimental
         sampler = optuna.samplers.GPSampler(seed=seed, n_startup_trials=STARTUP)
-        study = _create(optuna, storage, name, sampler)
+        study = _open_study(optuna, storage, name, sampler)
     mine = {r.name: [r.low, r.high, r.curve] for r in task.ranges}
     mine_text = {
         "ranges": mine,
@@ -93,7 +93,7 @@ def open_study(
     return study
 
 
-def _create(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
+def _open_study(optuna: Any, storage: str, name: str, sampler: Any) -> Any:
     """Open or create a study; retries when several workers create its tables at the same time."""
     attempts = 0
     while True:

@@ -81,7 +81,7 @@ class _Observed:
     light: SceneLight
 
 
-def _measure(reads: Inputs, settings: ClassifySettings) -> _Measured:
+def _measure_instances(reads: Inputs, settings: ClassifySettings) -> _Measured:
     reads.instances.check_fits(reads.mesh)
     lifted = Lifted.of(reads.instances, reads.instance_records)
     # Guessed surface is no evidence of a hold's size, position or colour.
@@ -92,7 +92,7 @@ def _measure(reads: Inputs, settings: ClassifySettings) -> _Measured:
     return _Measured(reads.views, mesh, lifted, shapes, low_confidence, reads.scale.metric)
 
 
-def _observe(
+def _observe_instances(
     photos: PhotoSet, measured: _Measured, settings: ClassifySettings, progress: Progress
 ) -> _Observed:
     labels = measured.lifted.face_instance
@@ -101,7 +101,7 @@ def _observe(
     return _Observed(known, with_white(light, known))
 
 
-def _colours(
+def _name_colours(
     measured: _Measured,
     observed: _Observed,
     palette: Sequence[Entry] | None,
@@ -167,9 +167,9 @@ def describe_instances(
     palette = None
     if settings.palette:
         palette = read_palette(Path(settings.palette), settings.lightness_weight)
-    measured = _measure(inputs, settings)
-    observed = _observe(inputs.photos, measured, settings, progress)
-    entries, colours, second = _colours(measured, observed, palette, settings)
+    measured = _measure_instances(inputs, settings)
+    observed = _observe_instances(inputs.photos, measured, settings, progress)
+    entries, colours, second = _name_colours(measured, observed, palette, settings)
     names = [view.name for view in measured.views]
     lifted, shapes, reasons = measured.lifted, measured.shapes, measured.low_confidence
     described = describe(lifted, shapes, colours, observed.views, names, entries, settings)
@@ -200,11 +200,11 @@ def describe_instances(
             settings.colour_spread, settings.lightness_weight, settings.cutout_px
         ),
     )
-    figures = _figures(found, progress) | {"cutouts": len(kept.index)}
+    figures = _summary_counts(found, progress) | {"cutouts": len(kept.index)}
     return found, observed.light, kept, figures
 
 
-def _figures(found: Holds, progress: Progress) -> Metrics:
+def _summary_counts(found: Holds, progress: Progress) -> Metrics:
     """Return the counts for the stage's summary; note the instances that no photo shows."""
     holds = found.holds
     unseen = [hold.id for hold in holds if not hold.photos]
@@ -222,7 +222,7 @@ def _figures(found: Holds, progress: Progress) -> Metrics:
     }
 
 
-def _role(kind: str, colour: str, roles: Mapping[str, Role], downclimb: str) -> Role:
+def _role_of(kind: str, colour: str, roles: Mapping[str, Role], downclimb: str) -> Role:
     if kind == "volume":
         return "volume"
     if downclimb and colour == downclimb:
@@ -268,7 +268,7 @@ def describe(
                 steepness_deg=shape.steepness_deg,
                 photos=tuple(photos[view.photo] for view in best),
                 score=lifted.scores[number],
-                role=_role(kind, colour.name, roles, settings.downclimb),
+                role=_role_of(kind, colour.name, roles, settings.downclimb),
                 review=colour.confidence < settings.review_below,
             )
         )

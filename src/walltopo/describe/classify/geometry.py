@@ -50,7 +50,7 @@ def _spread(values: Floats) -> float:
     return float(high - low)
 
 
-def _longest(flat: Floats) -> float:
+def _longest_extent(flat: Floats) -> float:
     """Return the longest extent of (n, 2) points over directions 7.5 degrees apart."""
     angles = np.arange(24) * np.pi / 24
     directions = np.stack([np.cos(angles), np.sin(angles)])
@@ -135,7 +135,7 @@ def _shape(mesh: Mesh, rows: Ints, wall: _WallSurface | None) -> Shape:
     return Shape(
         position=position,
         normal=normal,
-        size=_longest(corners @ plane_axes(normal).T),
+        size=_longest_extent(corners @ plane_axes(normal).T),
         protrusion_m=_spread(corners @ normal),
         standing_m=standing,
         area=total,

@@ -32,7 +32,7 @@ ROUNDS = 25
 TINT_RADIUS = 1.0  # metres: spread of the window for the wall's tint
 
 
-def _solve(
+def _solve_gains(
     photo: NDArray[np.int64], patch: NDArray[np.int64], seen: Floats
 ) -> tuple[Floats, Floats]:
     """Return gains and own values (log) of one channel by reweighted least squares."""
@@ -73,7 +73,7 @@ def solve_light(lights: Sequence[WallLight], photos: int, patch_centres: Floats)
     own = np.zeros((len(rows), 3))
     known = np.unique(photo)
     for channel in range(3):
-        solved, own[:, channel] = _solve(photo, compact, seen[:, channel])
+        solved, own[:, channel] = _solve_gains(photo, compact, seen[:, channel])
         middle = float(np.median(solved[known]))
         gain[known, channel] = solved[known] - middle
         own[:, channel] += middle

@@ -192,7 +192,7 @@ class _BareWall:
         return self.centroids[near[agree & (self.label[near] != number)]]
 
 
-def _plane(points: Floats, normal: Floats) -> tuple[Floats, float]:
+def _fit_plane(points: Floats, normal: Floats) -> tuple[Floats, float]:
     """Return the (4,) plane (unit normal, offset) through most points, and their robust spread."""
     plane, spread = np.zeros(4), np.inf
     kept = np.ones(len(points), dtype=np.bool_)
@@ -236,7 +236,7 @@ def measure_rises(
             continue
         ring = bare.around(number, middle, normal, RING * reach)
         if len(ring) >= MIN_RING:
-            plane, noise = _plane(ring, normal)
+            plane, noise = _fit_plane(ring, normal)
             heights = points @ plane[:3] + plane[3]
             rises[number] = Rise(float(np.percentile(heights, TOP)), noise)
     return rises

@@ -316,7 +316,7 @@ def write_cutouts(
     def written(item: tuple[int, int, HoldView]) -> Cutout:
         hold, rank, view = item
         name = f"{hold:05d}_{rank}.webp"
-        _write(folder / name, view)
+        _write_cutout(folder / name, view)
         photo, sharpness = photos[view.photo], round(view.sharpness, 1)
         return Cutout(hold, name, photo, view.pixels, sharpness, view.cut)
 
@@ -325,7 +325,7 @@ def write_cutouts(
     return Cutouts(folder, tuple(index))
 
 
-def _write(path: Path, view: HoldView) -> None:
+def _write_cutout(path: Path, view: HoldView) -> None:
     from PIL import Image
 
     alpha = np.where(view.mask, 255, 0).astype(np.uint8)

@@ -168,7 +168,7 @@ class TwoColourModel:
             paints = [_two_of(seen[row][1], parts[row], light) for row in rows if odds[row] > 0]
             known = [one for one in paints if one is not None]
             if known:
-                found[hold] = _ordered(known)
+                found[hold] = _colours_by_area(known)
         return found
 
 
@@ -201,7 +201,7 @@ def _two_of(view: HoldView, part: NDArray[np.float32], light: SceneLight) -> _Pa
     return first, second, float(one.sum() / (one.sum() + two.sum())), view.quality
 
 
-def _ordered(paints: Sequence[_Paints]) -> TwoPaints:
+def _colours_by_area(paints: Sequence[_Paints]) -> TwoPaints:
     """Return the colours of all views, the larger one first.
 
     The network may call either part of a view the first, so each view is turned to agree with the

@@ -127,13 +127,13 @@ def reliefs(
     """
     found = {}
     for number, rows in triangles_of(face_instance, shapes):
-        relief = _relief(mesh, rows, shapes[number], unit)
+        relief = _relief_of(mesh, rows, shapes[number], unit)
         if relief is not None:
             found[number] = relief
     return found
 
 
-def _relief(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:
+def _relief_of(mesh: Mesh, rows: Ints, shape: Shape, unit: float) -> Relief | None:
     """Return the relief of the instance with these triangles."""
     axes = plane_axes(shape.normal)
     to_wall = np.stack([axes[0], -axes[1], -shape.normal])
@@ -158,7 +158,9 @@ BATCH = 128
 AUGMENTATIONS = ((0.0, 1.0), (-10.0, 1.0), (10.0, 1.0), (0.0, 0.93), (0.0, 1.07))
 
 
-def _augmented(reliefs: Sequence[Relief], degrees: float, scale: float) -> NDArray[np.float32]:
+def _augmented_reliefs(
+    reliefs: Sequence[Relief], degrees: float, scale: float
+) -> NDArray[np.float32]:
     """Return (n, 2, SIDE, SIDE) pictures of reliefs, rotated and scaled about their centre."""
     middle = (SIDE - 1) / 2
     matrix = cv2.getRotationMatrix2D((middle, middle), degrees, scale)
@@ -194,7 +196,7 @@ class TypeModel:
             scalars = np.stack([relief.scalars for relief in block])
             answers = [
                 self.network.session.run(None, {"reliefs": pictures, "scalars": scalars})[0]
-                for pictures in (_augmented(block, *change) for change in AUGMENTATIONS)
+                for pictures in (_augmented_reliefs(block, *change) for change in AUGMENTATIONS)
             ]
             rows.append(np.mean(answers, axis=0))
         return np.vstack(rows)

@@ -43,7 +43,7 @@ _AROUND: Final = 1.0  # metres: radius in which other holds are counted
 _ROUNDS: Final = 30
 
 
-def _plausible(old: Sequence[Hold], new: Sequence[Hold]) -> tuple[NDArray[np.bool_], Floats]:
+def _plausible_pairs(old: Sequence[Hold], new: Sequence[Hold]) -> tuple[NDArray[np.bool_], Floats]:
     """Return (n, m) whether kind, size and normal allow a pair, and the log ratio of the sizes."""
     sizes = [np.log(np.maximum([hold.size for hold in side], 1e-6)) for side in (old, new)]
     change = np.abs(sizes[0][:, None] - sizes[1][None])
@@ -58,7 +58,7 @@ def _distances(base: Floats, points: Floats) -> Floats:
     return np.linalg.norm(base[:, None] - points[None], axis=2)
 
 
-def _assign(cost: Floats) -> list[tuple[int, int]]:
+def _assign_pairs(cost: Floats) -> list[tuple[int, int]]:
     """Return one-to-one pairs of minimum total cost, without pairs of infinite cost."""
     from scipy.optimize import linear_sum_assignment
 
@@ -71,14 +71,14 @@ def _assign(cost: Floats) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairs if np.isfinite(cost[a, b])]
 
 
-def _rigid(source: Floats, target: Floats) -> tuple[Floats, Floats]:
+def _fit_rigid_motion(source: Floats, target: Floats) -> tuple[Floats, Floats]:
     """Return rotation and translation from `source` to `target` by least squares (Kabsch)."""
     middle_s, middle_t = source.mean(axis=0), target.mean(axis=0)
     rotation = nearest_rotation((target - middle_t).T @ (source - middle_s))
     return rotation, middle_t - rotation @ middle_s
 
 
-def _align(
+def _align_positions(
     base: Floats, points: Floats, plausible: NDArray[np.bool_], change: Floats, unit: float
 ) -> Floats:
     """Return the positions of the second scan, aligned with the first if that improves the match.
@@ -90,20 +90,20 @@ def _align(
     for radius in RADII:
         distance = _distances(base, moved)
         near = plausible & (distance < radius * unit)
-        pairs = _assign(np.where(near, distance + 0.2 * radius * unit * change, np.inf))
+        pairs = _assign_pairs(np.where(near, distance + 0.2 * radius * unit * change, np.inf))
         if len(pairs) >= MIN_FIT:
             rows, columns = (list(side) for side in zip(*pairs, strict=True))
-            rotation, shift = _rigid(moved[columns], base[rows])
+            rotation, shift = _fit_rigid_motion(moved[columns], base[rows])
             moved = moved @ rotation.T + shift
     close = _SAME_FAR * unit
     before, after = (
-        len(_assign(np.where(plausible & (distance < close), distance, np.inf)))
+        len(_assign_pairs(np.where(plausible & (distance < close), distance, np.inf)))
         for distance in (_distances(base, points), _distances(base, moved))
     )
     return moved if after >= before + MIN_FIT else points
 
 
-def _evidence(distance: Floats, change: Floats, density: Floats) -> Floats:
+def _log_likelihood_ratio(distance: Floats, change: Floats, density: Floats) -> Floats:
     """Return the log likelihood ratio of each pair: one hold against two different holds.
 
     Parameters
@@ -111,22 +111,26 @@ def _evidence(distance: Floats, change: Floats, density: Floats) -> Floats:
     distance : (n, m) metres; change : (n, m) logarithm of the ratio of sizes.
     density : (n, 1) number of other holds per square metre around each.
     """
-    same = _SAME_SHARE * _rayleigh(distance, _SAME_NEAR)
-    same += (1.0 - _SAME_SHARE) * _rayleigh(distance, _SAME_FAR)
+    same = _SAME_SHARE * _rayleigh_density(distance, _SAME_NEAR)
+    same += (1.0 - _SAME_SHARE) * _rayleigh_density(distance, _SAME_FAR)
     anywhere = 2.0 * np.pi * density * distance
-    other = _SOCKET_SHARE * _rayleigh(distance, _SOCKET) + (1.0 - _SOCKET_SHARE) * anywhere
-    size = _SAME_SHARE * _normal(change, _SAME_SIZE)
-    size += (1.0 - _SAME_SHARE) * _normal(change, _SAME_SIZE_FAR)
+    other = _SOCKET_SHARE * _rayleigh_density(distance, _SOCKET) + (1.0 - _SOCKET_SHARE) * anywhere
+    size = _SAME_SHARE * _half_normal_density(change, _SAME_SIZE)
+    size += (1.0 - _SAME_SHARE) * _half_normal_density(change, _SAME_SIZE_FAR)
     tiny = np.finfo(np.float64).tiny
-    return np.log(same + tiny) - np.log(other + tiny) + np.log(size / _normal(change, _OTHER_SIZE))
+    return (
+        np.log(same + tiny)
+        - np.log(other + tiny)
+        + np.log(size / _half_normal_density(change, _OTHER_SIZE))
+    )
 
 
-def _rayleigh(distance: Floats, spread: float) -> Floats:
+def _rayleigh_density(distance: Floats, spread: float) -> Floats:
     """Return the density of the length of a 2D vector with normally distributed components."""
     return distance / spread**2 * np.exp(-0.5 * (distance / spread) ** 2)
 
 
-def _normal(value: Floats, spread: float) -> Floats:
+def _half_normal_density(value: Floats, spread: float) -> Floats:
     """Return the density of a normally distributed absolute value, up to a common factor."""
     return np.exp(-0.5 * (value / spread) ** 2) / spread
 
@@ -163,20 +167,20 @@ def match_holds(old: Sequence[Hold], new: Sequence[Hold], unit: float = 1.0) -> 
     """
     if not old or not new:
         return {}
-    plausible, change = _plausible(old, new)
+    plausible, change = _plausible_pairs(old, new)
     base = np.array([hold.position for hold in old])
     points = np.array([hold.position for hold in new])
-    points = _align(base, points, plausible, change, unit)
+    points = _align_positions(base, points, plausible, change, unit)
     distance = _distances(base, points) / unit
     density = (distance < _AROUND).sum(axis=1, keepdims=True) / (np.pi * _AROUND**2)
     # Distances below a tenth of a millimetre carry no more evidence.
-    evidence = _evidence(np.maximum(distance, 1e-4), change, np.maximum(density, 1e-3))
+    evidence = _log_likelihood_ratio(np.maximum(distance, 1e-4), change, np.maximum(density, 1e-3))
     near = plausible & (distance < RADII[-1])
     # The assignment needs costs >= 0.
     cost = np.where(near, -evidence, np.inf)
     if not near.any():
         return {}
-    pairs = _assign(cost - cost[near].min())
+    pairs = _assign_pairs(cost - cost[near].min())
     same: dict[int, int] = {}
     # Volumes stay through more resets than holds do, so each kind has its own share.
     for kind in {hold.kind for hold in old}:

@@ -102,7 +102,7 @@ def find_motions(
         views = patch_of(old, window, pair[0]), patch_of(new, moved, pair[1])
         cell = window.cell / old.unit
         found = fit_patches(*views, reach=round(_REACH_M / cell), still=int(_STILL_M / cell))
-        return pair, None if found is None else _motion(*found, cell)
+        return pair, None if found is None else _motion_in_metres(*found, cell)
 
     report.step("comparing holds", len(pairs))
     motions = {}
@@ -113,7 +113,7 @@ def find_motions(
     return motions
 
 
-def _motion(best: Fit, still: Fit, cell: float) -> Motion:
+def _motion_in_metres(best: Fit, still: Fit, cell: float) -> Motion:
     """Return a fit in metres; cell in metres."""
     right, up = best.shift
     return Motion(best.turn, (right * cell, up * cell), best.error, still.error)

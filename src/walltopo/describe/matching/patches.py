@@ -130,12 +130,12 @@ def patch_of(wall: TexturedWall, window: Window, number: int) -> Floats:
     hit = np.flatnonzero((faces >= 0) & (t < 2 * away))
     if len(hit):
         places = starts[hit] - t[hit, None] * window.normal
-        patch[hit, :INSIDE] = _colours(wall, faces[hit], places)
+        patch[hit, :INSIDE] = _colours_at(wall, faces[hit], places)
         patch[hit, INSIDE] = wall.labels[faces[hit]] == number
     return patch.reshape(CELLS, CELLS, 4)
 
 
-def _colours(wall: TexturedWall, faces: NDArray[np.int32], places: Floats) -> Floats:
+def _colours_at(wall: TexturedWall, faces: NDArray[np.int32], places: Floats) -> Floats:
     """Return the (n, 3) OKLab colours of places on triangles."""
     from trimesh.triangles import points_to_barycentric
 

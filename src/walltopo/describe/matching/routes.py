@@ -86,7 +86,7 @@ def compare_routes(
     }
     keys, numbers = list(old_routes), list(new_routes)
     agreement = np.array(
-        [[_agreement(old_routes[k], new_routes[n], same) for n in numbers] for k in keys]
+        [[_shared_hold_ratio(old_routes[k], new_routes[n], same) for n in numbers] for k in keys]
     ).reshape(len(keys), len(numbers))
     agreement[agreement < _MIN_AGREEMENT] = 0.0
     pairs = zip(*linear_sum_assignment(-agreement), strict=True)
@@ -111,7 +111,7 @@ def same_paint(old: Hold, new: Hold) -> bool:
     return float(np.linalg.norm(np.subtract(old.colour_rgb, new.colour_rgb))) < _SAME_PAINT
 
 
-def _agreement(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) -> float:
+def _shared_hold_ratio(old: Sequence[int], new: Sequence[int], same: Mapping[int, int]) -> float:
     """Return the shared holds as a share of all holds that either route has."""
     shared = len({same[hold] for hold in old if hold in same} & set(new))
     return shared / max(1, len(set(old)) + len(set(new)) - shared)

@@ -62,7 +62,7 @@ def fit_patches(old: Floats, new: Floats, reach: int, still: int) -> tuple[Fit, 
     -------
     None if the old patch shows too little of its hold.
     """
-    weight = _weight(old)
+    weight = _cell_weights(old)
     if weight.sum() < _FEW:
         return None
     contrast = _Contrast.of(old, weight)
@@ -76,7 +76,7 @@ def fit_patches(old: Floats, new: Floats, reach: int, still: int) -> tuple[Fit, 
     return min([*fine, unmoved], key=lambda fit: fit.error), unmoved
 
 
-def _weight(patch: Floats) -> Floats:
+def _cell_weights(patch: Floats) -> Floats:
     """Return the weights of the cells: those of the hold and of its rim."""
     inside = np.nan_to_num(patch[:, :, INSIDE])
     rim = cv2.dilate(inside, np.ones((5, 5), np.uint8))
@@ -92,7 +92,7 @@ class _Contrast:
 
     @classmethod
     def of(cls, patch: Floats, weight: Floats) -> _Contrast:
-        """Return the contrast of a patch; weights as `_weight` returns them."""
+        """Return the contrast of a patch; weights as `_cell_weights` returns them."""
         colours, shown = _weighted_colours(patch), np.isfinite(patch[:, :, INSIDE])
         of_hold, of_wall = (
             np.median(colours[part], axis=0) if part.any() else np.zeros(3)
@@ -104,7 +104,7 @@ class _Contrast:
         """Return the (CELLS, CELLS, 4) features of a patch in spreads; 0 where nothing was hit."""
         along = (_weighted_colours(patch) - self.wall) @ self.way
         likeness = np.clip(along / max(float(self.way @ self.way), 1e-9), *_LIKENESS)
-        found = np.dstack([likeness, patch[:, :, 1:3], _details(patch[:, :, 0])]) / _SPREAD
+        found = np.dstack([likeness, patch[:, :, 1:3], _high_pass(patch[:, :, 0])]) / _SPREAD
         middle = np.nanmedian(found.reshape(-1, found.shape[2]), axis=0)
         return np.nan_to_num(found - middle)
 
@@ -113,7 +113,7 @@ def _weighted_colours(patch: Floats) -> Floats:
     return np.asarray(patch[:, :, :INSIDE] * np.array([_OF_LIGHTNESS, 1.0, 1.0]))
 
 
-def _details(lightness: Floats) -> Floats:
+def _high_pass(lightness: Floats) -> Floats:
     """Return lightness without what is blurred in it."""
     filled = np.nan_to_num(lightness, nan=float(np.nanmedian(lightness)))
     return np.asarray(filled - cv2.GaussianBlur(filled, (0, 0), _DETAIL_CELLS))
@@ -125,20 +125,20 @@ class _Comparison:
     def __init__(self, template: Floats, weight: Floats) -> None:
         self._total = float(weight.sum())
         weighted = np.moveaxis(template * weight[:, :, None], 2, 0)
-        self._weight = _spectrum(weight[None]).conj()
-        self._weighted = _spectrum(weighted).conj()
+        self._weight = _padded_spectrum(weight[None]).conj()
+        self._weighted = _padded_spectrum(weighted).conj()
         self._square = (np.moveaxis(template, 2, 0) * weighted).sum(axis=(1, 2))[:, None, None]
         self._sum = weighted.sum(axis=(1, 2))[:, None, None]
 
     def at(self, source: Floats, turn: float, reach: int) -> Fit:
         """Return the best fit of the new patch, turned back by `turn` degrees."""
         turned = np.moveaxis(_turned_back(source, turn), 2, 0)
-        values = _spectrum(turned)
+        values = _padded_spectrum(turned)
         near = np.arange(-reach, reach + 1)
         squares, products, sums = (
             irfft2(spectrum, s=_PADDED)[:, near[:, None], near[None]]
             for spectrum in (
-                _spectrum(turned**2) * self._weight,
+                _padded_spectrum(turned**2) * self._weight,
                 values * self._weighted,
                 values * self._weight,
             )
@@ -161,7 +161,7 @@ def _lowest_between(errors: Floats, lowest: int) -> float:
     return 0.5 * (before - after) / bend if bend > 0 else 0.0
 
 
-def _spectrum(values: Floats) -> NDArray[np.complex64]:
+def _padded_spectrum(values: Floats) -> NDArray[np.complex64]:
     """Return the transform of (C, CELLS, CELLS) values, padded so that shifts do not wrap."""
     return np.asarray(rfft2(values.astype(np.float32), s=_PADDED))
 

@@ -105,7 +105,7 @@ def _cut_open(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return cut.vertices, cut.faces.astype(np.int64)
 
 
-def _surplus(faces: Ints) -> Ints:
+def _surplus_faces(faces: Ints) -> Ints:
     """Return the faces that still share an edge with two others after cutting."""
     start, end = faces.ravel(), faces[:, [1, 2, 0]].ravel()
     n = int(faces.max()) + 1
@@ -130,7 +130,7 @@ def manifold(vertices: Floats, faces: NDArray[np.integer]) -> tuple[Floats, Ints
     kept = _drop_degenerate(points, faces.astype(np.int64))
     while len(kept):
         points, kept = _cut_open(points, kept)
-        surplus = _surplus(kept)
+        surplus = _surplus_faces(kept)
         if len(surplus):
             kept = np.delete(kept, surplus, axis=0)
             continue

@@ -190,7 +190,7 @@ def find_start_and_top(
     hands, feet = split_hands(ordered, wall.usual)
     rises = rises_of(hands)
     rise = _median(rises) if len(rises) >= RHYTHM else wall.rise
-    start = _start(hands, wall, rise)
+    start = _choose_start(hands, wall, rise)
     rivals = [
         share
         for hold in start
@@ -238,7 +238,7 @@ def _fits_both_hands(hold: Hold, wall: WallStats) -> bool:
     return hold.size == 0 or hold.size >= wall.usual
 
 
-def _start(hands: Sequence[Hold], wall: WallStats, rise: float) -> tuple[Hold, ...]:
+def _choose_start(hands: Sequence[Hold], wall: WallStats, rise: float) -> tuple[Hold, ...]:
     """Return the start among the hand holds, from bottom to top; leave one hold for the top."""
     if len(hands) < 3:
         return tuple(hands[:1])

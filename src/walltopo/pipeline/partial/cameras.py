@@ -67,13 +67,13 @@ def join_models(
     old_names : the old photos to keep; new_names : new photo to its name in the joined model.
     """
     wanted = {name: name for name in old_names}
-    first = _renamed(old, wanted, 1, 1)
-    second = _renamed(new, new_names, 1 + len(wanted), 1 + len(first.cameras))
-    _add(first, second)
+    first = _rename_images(old, wanted, 1, 1)
+    second = _rename_images(new, new_names, 1 + len(wanted), 1 + len(first.cameras))
+    _add_model(first, second)
     return first
 
 
-def _renamed(
+def _rename_images(
     model: pycolmap.Reconstruction, names: Mapping[str, str], first_image: int, first_camera: int
 ) -> pycolmap.Reconstruction:
     """Return the named images of a model with new names and consecutive ids."""
@@ -90,7 +90,7 @@ def _renamed(
     return rebuild(model, kept, cameras)
 
 
-def _add(target: pycolmap.Reconstruction, source: pycolmap.Reconstruction) -> None:
+def _add_model(target: pycolmap.Reconstruction, source: pycolmap.Reconstruction) -> None:
     """Add cameras, images and points of a model whose ids the target does not use."""
     from walltopo.geometry.colmap import pycolmap
 

@@ -55,7 +55,7 @@ from walltopo.scans.pictures import (
 )
 
 
-def _tables(scan: WallFiles, chosen: NDArray[np.int32], log: EditLog | None) -> Tables:
+def _tables_of_labels(scan: WallFiles, chosen: NDArray[np.int32], log: EditLog | None) -> Tables:
     """Return the tables of a scan, with the instances of the chosen triangles' labels."""
     labels, holds = scan.instances.face_instance, scan.holds_raw
     # An instance without triangles has no place in the mesh, so nothing can replace it.
@@ -111,7 +111,7 @@ def join_with_reference(
     progress, scratch = context.progress, context.scratch
     progress.step("join with the rest of the wall", 3)
     choice = ColourChoice.of(colours, old.holds_raw, old.holds, new.holds_raw)
-    joint = _joint(old, new, choice)
+    joint = _join_tables(old, new, choice)
     progress.advance()
     parts = (
         Part(old.mesh, joint.region.old, old.texture_uv.uv, read_rgb(old.texture.path)),
@@ -122,7 +122,7 @@ def join_with_reference(
     picture = scratch / "texture.png"
     cv2.imwrite(str(picture), image[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 3])
     progress.advance()
-    tables, joined = joint.tables, _figures(joint, colours)
+    tables, joined = joint.tables, _join_summary(joint, colours)
     records = InstanceRecords(
         classes=old.instance_records.classes | new.instance_records.classes,
         instances=tables.records,
@@ -160,7 +160,7 @@ def _metrics(joined: Joined, mesh: Mesh, holds: Holds) -> Metrics:
     }
 
 
-def _joint(old: ReferenceFiles, new: WallFiles, choice: ColourChoice) -> _Joint:
+def _join_tables(old: ReferenceFiles, new: WallFiles, choice: ColourChoice) -> _Joint:
     """Decide what stays, and join the tables."""
     old.instances.check_fits(old.mesh)
     new.instances.check_fits(new.mesh)
@@ -187,7 +187,9 @@ def _joint(old: ReferenceFiles, new: WallFiles, choice: ColourChoice) -> _Joint:
     kept_photos = tuple(view.name for view in views if view.name in kept)
     photo_of = _new_names([view.name for view in new.sparse.views], kept_photos)
     stays, added = old.instances.face_instance[region.old], region.new_labels[region.new]
-    tables = join_tables(_tables(old, stays, old.log), _tables(new, added, None), photo_of, kept)
+    tables = join_tables(
+        _tables_of_labels(old, stays, old.log), _tables_of_labels(new, added, None), photo_of, kept
+    )
     return _Joint(old, new, choice, region, kept_photos, photo_of, tables)
 
 
@@ -346,7 +348,7 @@ def _carried_edits(joint: _Joint) -> EditLog | None:
     return carried_edits(log, joint.tables.gone, is_replaced)
 
 
-def _figures(joint: _Joint, colours: tuple[str, ...]) -> Joined:
+def _join_summary(joint: _Joint, colours: tuple[str, ...]) -> Joined:
     """Return what the join did, for the manifest and the review."""
     old, new, region, tables = joint.old, joint.new, joint.region, joint.tables
     labels = old.instances.face_instance

@@ -92,7 +92,7 @@ def replaced_region(
     exchange : the instances to exchange; None: all.
     """
     seen, hidden, bare = seen_places(old.centroids, new, views, unit)
-    closed = _within(old.centroids, seen, CLOSING * unit)
+    closed = _points_within(old.centroids, seen, CLOSING * unit)
     inside = _without_margin(old.centroids, closed | hidden, unit)
     photographed = whole_instances(old_labels, inside & ~bare, MIN_PHOTOGRAPHED)
     is_held, wanted = np.zeros_like(photographed), new_labels
@@ -170,7 +170,7 @@ def whole_instances(labels: Labels, chosen: Flags, share: float) -> Flags:
     return np.asarray(np.where(labels > 0, whole[labels], chosen))
 
 
-def _within(points: Floats, chosen: Flags, distance: float) -> Flags:
+def _points_within(points: Floats, chosen: Flags, distance: float) -> Flags:
     """Return (n,) whether each point is within a distance of a chosen one."""
     if not chosen.any():
         return chosen
@@ -182,7 +182,7 @@ def _within(points: Floats, chosen: Flags, distance: float) -> Flags:
 
 def _without_margin(points: Floats, grown: Flags, unit: float) -> Flags:
     """Return the grown region without a border as wide as `CLOSING` and `MARGIN` together."""
-    return grown & ~_within(points, ~grown, (CLOSING + MARGIN) * unit)
+    return grown & ~_points_within(points, ~grown, (CLOSING + MARGIN) * unit)
 
 
 def seam_offsets(

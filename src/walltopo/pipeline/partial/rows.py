@@ -78,7 +78,7 @@ def join_tables(
     photographed = [hold for hold in old.holds.holds if hold.id not in old.present]
     arrived = [hold for hold in new.holds.holds if hold.id in new.present]
     same = match_holds(photographed, arrived, old.holds.unit)
-    number_of = _numbers(new.present, {b: a for a, b in same.items()}, old.last_id)
+    number_of = _joined_ids(new.present, {b: a for a, b in same.items()}, old.last_id)
     arrived = [_moved(hold, number_of, photo_of) for hold in arrived]
     stays = [_with_photos(hold, kept_photos) for hold in stays]
     holds = sorted([*stays, *arrived], key=lambda hold: hold.id)
@@ -106,7 +106,7 @@ def join_tables(
     )
 
 
-def _numbers(ids: Iterable[int], same: Mapping[int, int], last: int) -> dict[int, int]:
+def _joined_ids(ids: Iterable[int], same: Mapping[int, int], last: int) -> dict[int, int]:
     """Return the joined id of each new id: the old hold's, else one above `last`."""
     found: dict[int, int] = {}
     for number in sorted(ids):

@@ -36,18 +36,20 @@ def seam_lines(mesh: Mesh, stays: Flags, unit: float = 1.0) -> list[Floats]:
     vertex = np.zeros(int(corner.max(initial=-1)) + 1, dtype=np.int64)
     vertex[corner.ravel()] = replaced.ravel()
     first, second = edges_of(mesh.faces[stays]).pairs.T
-    kept = _keys(first, second, len(mesh.vertices))
+    kept = _edge_keys(first, second, len(mesh.vertices))
     lines = []
     for loop in boundary_loops(corner):
         corners = vertex[loop]
-        keys = _keys(corners, np.roll(corners, -1), len(mesh.vertices))
+        keys = _edge_keys(corners, np.roll(corners, -1), len(mesh.vertices))
         lines += [mesh.vertices[run] for run in _runs(corners, np.isin(keys, kept))]
     return [
         simplified(line, TOLERANCE * unit) for line in lines if _length(line) >= MIN_LENGTH * unit
     ]
 
 
-def _keys(first: NDArray[np.integer], second: NDArray[np.integer], count: int) -> NDArray[np.int64]:
+def _edge_keys(
+    first: NDArray[np.integer], second: NDArray[np.integer], count: int
+) -> NDArray[np.int64]:
     """Return one number for each undirected edge between two of `count` vertices."""
     return np.minimum(first, second).astype(np.int64) * count + np.maximum(first, second)
 

@@ -54,15 +54,17 @@ def check(settings: TextureSettings) -> None:
 def run(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
     """Paint the photos onto the mesh; the own texture of a ready mesh is kept."""
     if reads.given_texture is not None and reads.given_uv is not None:
-        return _given(reads, reads.given_texture, reads.given_uv, context)
-    paint = _openmvs if settings.backend == "openmvs" else _embedded
+        return _keep_given_texture(reads, reads.given_texture, reads.given_uv, context)
+    paint = _paint_with_openmvs if settings.backend == "openmvs" else _paint_embedded
     return paint(reads, settings, context)
 
 
 TEXTURE = Stage("texture", Reads, Writes, run, check, version=3, cost=Cost(19, 0.36))
 
 
-def _given(reads: Reads, picture: TextureImage, uv: TextureUv, context: Context) -> Writes:
+def _keep_given_texture(
+    reads: Reads, picture: TextureImage, uv: TextureUv, context: Context
+) -> Writes:
     """Keep the texture that came with a ready mesh."""
     uv.check_fits(reads.mesh)
     copy = context.scratch / "texture.png"
@@ -70,7 +72,7 @@ def _given(reads: Reads, picture: TextureImage, uv: TextureUv, context: Context)
     return Writes(TextureImage(copy), uv, {"given": True, "unseen_faces": 0})
 
 
-def _openmvs(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
+def _paint_with_openmvs(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
     """Paint with OpenMVS."""
     from walltopo.reconstruct.texture.openmvs import openmvs_texture
 
@@ -83,7 +85,7 @@ def _openmvs(reads: Reads, settings: TextureSettings, context: Context) -> Write
     return _write_outputs(reads.mesh, image, uv, ~seen, {"size": max(image.shape)}, context)
 
 
-def _embedded(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
+def _paint_embedded(reads: Reads, settings: TextureSettings, context: Context) -> Writes:
     """Paint with the embedded backend."""
     from walltopo.reconstruct.texture.atlas import make_texture
 

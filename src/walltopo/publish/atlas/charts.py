@@ -54,7 +54,7 @@ def _mean(normals: Floats, weights: Floats) -> Floats:
     return total / length if length > 1e-12 else np.array([0.0, -1.0, 0.0])
 
 
-def _cost(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float32]:
+def _view_costs(mesh: Mesh, normals: Floats, axes: Sequence[Axes]) -> NDArray[np.float32]:
     """Return the (F, K) cost of viewing each face along each direction: slant and occlusion."""
     centres = mesh.centroids
     cost = np.empty((len(mesh.faces), len(axes)), dtype=np.float32)
@@ -83,7 +83,7 @@ def label_triangles(
     """
     both = np.argwhere(neighbours >= 0)
     both[:, 1] = neighbours[both[:, 0], both[:, 1]]
-    cost = _cost(mesh, _smooth(mesh.normals, both), axes)
+    cost = _view_costs(mesh, _smooth_normals(mesh.normals, both), axes)
     label = cost.argmin(axis=1)
     odd = (np.arange(len(label)) * 2654435761 >> 7) % 2
     halves = [np.flatnonzero(odd == turn) for turn in (0, 1)]
@@ -96,7 +96,7 @@ def label_triangles(
         if still == len(halves):
             break
     for _ in range(ROUNDS):
-        label = _absorb(label, neighbours, both)
+        label = _absorb_small_charts(label, neighbours, both)
     return label
 
 
@@ -115,7 +115,7 @@ def _best_directions(
     return np.asarray((cost[turn] - agree).argmin(axis=1))
 
 
-def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:
+def _smooth_normals(normals: Floats, both: NDArray[np.int64]) -> Floats:
     """Return normals averaged over neighbours, so that charts follow the surface, not noise."""
     for _ in range(ROUNDS):
         total = normals.copy()
@@ -128,7 +128,7 @@ def _smooth(normals: Floats, both: NDArray[np.int64]) -> Floats:
     return normals
 
 
-def _absorb(
+def _absorb_small_charts(
     label: NDArray[np.int64], neighbours: NDArray[np.int32], both: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Give small charts the direction of the neighbour with which they share most edges."""

@@ -22,7 +22,7 @@ PAD = 2  # pixels of surroundings around each chart, for texture filtering
 MAX_PICTURE = 60_000_000  # pixels of one rendering
 
 
-def _drawing(
+def _draw_direction(
     detailed: TexturedSurface,
     face: NDArray[np.int32],
     axes: Axes,
@@ -84,7 +84,7 @@ def _look_up(
             where[1, row, column] = (uv[a, 1] * u + uv[b, 1] * v + uv[c, 1] * w) * tall - 0.5
 
 
-def _charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
+def _choose_charts(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64], list[Axes]]:
     """Return direction and chart of each triangle, and the directions."""
     mesh = surface.mesh
     axes = choose_directions(mesh.normals, mesh.areas)
@@ -134,7 +134,7 @@ def retexture(
     """
     import cv2
 
-    label, chart, axes = _charts(surface)
+    label, chart, axes = _choose_charts(surface)
     flat = np.empty((len(label), 3, 2))
     corner = surface.mesh.vertices[surface.mesh.faces]
     for k, view in enumerate(axes):
@@ -153,7 +153,9 @@ def retexture(
     if oversample > 1:
         picture = np.asarray(cv2.resize(picture, (side, side), interpolation=cv2.INTER_AREA))
     uv = ((flat - low[chart][:, None]) * scale + PAD + places[chart][:, None]) / side
-    return TexturedSurface(_split(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8))
+    return TexturedSurface(
+        _split_by_chart(surface, chart, uv.astype(np.float32)), picture.astype(np.uint8)
+    )
 
 
 def _filled_atlas(
@@ -182,7 +184,7 @@ def _filled_atlas(
         for x, y, w, h in rectangles:
             wanted[y : y + h, x : x + w] = True
         face = renderer.faces_on(label == k, axes[k], start, fine, wanted)
-        drawing, drawn = _drawing(detailed, face, axes[k], start, fine, wanted)
+        drawing, drawn = _draw_direction(detailed, face, axes[k], start, fine, wanted)
         for (x, y, w, h), place in zip(rectangles, layout.places[charts], strict=True):
             left, top = (place * oversample).tolist()
             part = np.s_[y : y + h, x : x + w]
@@ -192,7 +194,7 @@ def _filled_atlas(
     return atlas
 
 
-def _split(surface: Surface, chart: NDArray[np.int64], uv: NDArray[np.float32]) -> Surface:
+def _split_by_chart(surface: Surface, chart: NDArray[np.int64], uv: NDArray[np.float32]) -> Surface:
     """Return the surface with one vertex per (vertex, chart)."""
     of_corner = np.broadcast_to(chart[:, None], surface.triangles.shape)
     first, triangles = shared_corners(surface.triangles, of_corner, len(surface.positions))

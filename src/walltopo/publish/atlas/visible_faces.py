@@ -41,7 +41,7 @@ def _in_reach(begin: Any, end: Any, faces: Any, screen: Any, tiles: Any, found: 
                     found[f] = True
 
 
-def _tiles(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _tiles_of(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the squares of `TILE` pixels that contain a wanted pixel."""
     across = np.logical_or.reduceat(wanted, np.arange(0, wanted.shape[1], TILE), axis=1)
     return np.logical_or.reduceat(across, np.arange(0, len(wanted), TILE), axis=0)
@@ -119,7 +119,7 @@ class FaceRenderer:
         surface[~wanted] = 0.0
         screen = on_screen(detailed.vertices, axes, low, scale, far)
         shown = np.zeros(len(detailed.faces), dtype=bool)
-        in_ranges(_in_reach, len(shown), detailed.faces, screen, _tiles(wanted), shown)
+        in_ranges(_in_reach, len(shown), detailed.faces, screen, _tiles_of(wanted), shown)
         kept = np.flatnonzero(shown)
         for number in range(PASSES):
             face, near = draw_screen(screen, detailed.faces[kept], width, height)

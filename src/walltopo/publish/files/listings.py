@@ -39,7 +39,7 @@ def routes_beside(path: Path) -> Path:
 def write_csv(path: Path, wall: WallModel) -> None:
     """Write one line per hold, position as x, y, z in metres; and beside it one line per route."""
     names = {route.id: route_name(route) for route in wall.routes}
-    parts = _parts(wall.routes)
+    parts = _roles_in_routes(wall.routes)
     rows = []
     for hold in wall.holds:
         plain = msgspec.to_builtins(hold)
@@ -52,7 +52,7 @@ def write_csv(path: Path, wall: WallModel) -> None:
     _write_rows(routes_beside(path), *_route_table(wall))
 
 
-def _parts(routes: Sequence[Route]) -> dict[int, str]:
+def _roles_in_routes(routes: Sequence[Route]) -> dict[int, str]:
     """Return the roles of holds in their routes (start, top, zone, foot), separated by spaces."""
     found: dict[int, list[str]] = {}
     for route in routes:
@@ -82,10 +82,10 @@ def _write_rows(path: Path, head: list[str], rows: list[list[Any]]) -> None:
     with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as out:
         writer = csv.writer(out)
         writer.writerow(head)
-        writer.writerows([_cell(value) for value in row] for row in rows)
+        writer.writerows([_safe_cell(value) for value in row] for row in rows)
 
 
-def _cell(value: Any) -> Any:
+def _safe_cell(value: Any) -> Any:
     """Return a cell that no spreadsheet interprets as a formula."""
     if isinstance(value, str) and value[:1] in ("=", "+", "-", "@"):
         return "'" + value

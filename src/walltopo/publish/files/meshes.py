@@ -52,7 +52,7 @@ def write_painted_ply(path: Path, wall: WallModel) -> None:
     write_json(path.with_suffix(".colours.json"), {"version": 1, "wall": 0, "colours": listing})
 
 
-def _colours(wall: WallModel) -> NDArray[np.uint8] | None:
+def _vertex_colours(wall: WallModel) -> NDArray[np.uint8] | None:
     """Return the (V, 3) colours of the vertices, from the texture if the wall has one."""
     if wall.texture is None or wall.uv is None:
         return wall.mesh.vertex_colours
@@ -63,7 +63,7 @@ def _colours(wall: WallModel) -> NDArray[np.uint8] | None:
 
 def write_labelled_ply(path: Path, wall: WallModel) -> None:
     """Write binary PLY: vertex colours, and per face its hold id as the property `instance`."""
-    write_ply(path, replace(wall.mesh, vertex_colours=_colours(wall)), wall.face_instance)
+    write_ply(path, replace(wall.mesh, vertex_colours=_vertex_colours(wall)), wall.face_instance)
 
 
 def _obj_faces(surface: Surface, rows: NDArray[np.int64]) -> str:

@@ -89,7 +89,7 @@ COLOURS = """
 """
 
 
-def _tuples(values: NDArray[Any], digits: int) -> str:
+def _usd_tuples(values: NDArray[Any], digits: int) -> str:
     """Return (n, k) numbers as a USD array of tuples."""
     row = "(" + ", ".join([f"%.{digits}g"] * values.shape[1]) + ")"
     return "[" + ", ".join([row % tuple(line) for line in values.tolist()]) + "]"
@@ -103,7 +103,7 @@ def _y_up(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.stack([vectors[:, 0], vectors[:, 2], -vectors[:, 1]], axis=1)
 
 
-def _subsets(surface: Surface) -> Iterator[str]:
+def _hold_subsets(surface: Surface) -> Iterator[str]:
     """Yield a named group of faces per hold."""
     label = surface.feature[surface.triangles[:, 0]]
     yield '        uniform token subsetFamily:holds:familyType = "nonOverlapping"\n'
@@ -125,27 +125,27 @@ def _stage(surface: Surface, textured: bool) -> str:
     pad = "        "
     parts = [
         HEADER,
-        f"{pad}float3[] extent = {_tuples(np.stack([low, high]), 7)}\n",
+        f"{pad}float3[] extent = {_usd_tuples(np.stack([low, high]), 7)}\n",
         f"{pad}int[] faceVertexCounts = {_whole([3] * len(surface.triangles))}\n",
         f"{pad}int[] faceVertexIndices = {_whole(surface.triangles.ravel().tolist())}\n",
-        f"{pad}point3f[] points = {_tuples(points, 6)}\n",
-        f"{pad}normal3f[] normals = {_tuples(_y_up(surface.normals), 3)} {vertex}",
+        f"{pad}point3f[] points = {_usd_tuples(points, 6)}\n",
+        f"{pad}normal3f[] normals = {_usd_tuples(_y_up(surface.normals), 3)} {vertex}",
     ]
     shading = ("color3f inputs:diffuseColor = (0.62, 0.62, 0.62)", "")
     if surface.uv is not None and textured:
         flipped = np.stack([surface.uv[:, 0], 1 - surface.uv[:, 1]], axis=1)
-        parts.append(f"{pad}texCoord2f[] primvars:st = {_tuples(flipped, 5)} {vertex}")
+        parts.append(f"{pad}texCoord2f[] primvars:st = {_usd_tuples(flipped, 5)} {vertex}")
         diffuse = "color3f inputs:diffuseColor.connect = </Wall/Look/Picture.outputs:rgb>"
         shading = (diffuse, TEXTURE)
     elif surface.colours is not None:
-        shades = _tuples(linear_from_srgb8(surface.colours), 3)
+        shades = _usd_tuples(linear_from_srgb8(surface.colours), 3)
         parts.append(f"{pad}color3f[] primvars:displayColor = {shades} {vertex}")
         diffuse = "color3f inputs:diffuseColor.connect = </Wall/Look/Colours.outputs:result>"
         shading = (diffuse, COLOURS)
-    return "".join([*parts, *_subsets(surface), "    }\n\n", MATERIAL % shading, "}\n"])
+    return "".join([*parts, *_hold_subsets(surface), "    }\n\n", MATERIAL % shading, "}\n"])
 
 
-def _add(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
+def _add_aligned_file(archive: zipfile.ZipFile, name: str, data: bytes) -> None:
     """Add one stored file whose bytes begin at a multiple of `ALIGNMENT`."""
     entry = zipfile.ZipInfo(name)  # dated 1980, so that the same wall gives the same bytes
     assert archive.fp is not None
@@ -164,6 +164,6 @@ def write_usdz(path: Path, surface: Surface, picture: bytes | None) -> None:
     picture : the JPEG to which `surface.uv` refers, or None without a texture.
     """
     with atomic_path(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        _add(archive, STAGE, _stage(surface, picture is not None).encode("ascii"))
+        _add_aligned_file(archive, STAGE, _stage(surface, picture is not None).encode("ascii"))
         if picture is not None:
-            _add(archive, PICTURE, picture)
+            _add_aligned_file(archive, PICTURE, picture)

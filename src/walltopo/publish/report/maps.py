@@ -125,7 +125,7 @@ def _camera_path(
     return _drawing(canvas, (colours.astype(np.uint16) // 2 + 122).astype(np.uint8), marks)
 
 
-def _climbing(mesh: Mesh, holds: Sequence[Hold]) -> NDArray[np.bool_]:
+def _climbing_faces(mesh: Mesh, holds: Sequence[Hold]) -> NDArray[np.bool_]:
     """Return (F,) which faces are climbing surface: no mat, and near the holds if there are any."""
     surface = mesh.normals[:, 2] < 0.8
     if len(holds) < 4:
@@ -157,7 +157,7 @@ def draw_maps(
     colours = base_colours(first)
 
     canvas = paper_view(mesh.vertices, mesh.faces, -front, UP, WIDTH)
-    climbing = _climbing(mesh, holds)
+    climbing = _climbing_faces(mesh, holds)
     areas, seen = mesh.areas[climbing], counts[climbing]
     right = canvas.axes.right
     cell = 0.7 if metric else float(np.ptp(mesh.vertices, axis=0).max()) / 16

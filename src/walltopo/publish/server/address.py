@@ -73,7 +73,7 @@ def listen(host: str, port: int) -> tuple[socket.socket, Address]:
         # Accepted sockets inherit this; else a body waits 40 ms for its head's acknowledgement.
         found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     except OSError as error:
-        raise _refused(host, port, error) from error
+        raise _unavailable_error(host, port, error) from error
     return found, Address(host, int(found.getsockname()[1]))
 
 
@@ -94,7 +94,7 @@ def _checked(host: str) -> str:
     return str(number)
 
 
-def _refused(host: str, port: int, error: OSError) -> SettingsError:
+def _unavailable_error(host: str, port: int, error: OSError) -> SettingsError:
     """Return an error that explains why the address is not available."""
     other = "Choose another with --port (0: any free one)."
     if isinstance(error, socket.gaierror):

@@ -63,7 +63,7 @@ def make_app(
         exception_handlers={
             HTTPException: _http_error,
             WalltopoError: _unusable,
-            ClientDisconnect: _left,
+            ClientDisconnect: _disconnected_response,
             Exception: defect,
         },
     )
@@ -130,6 +130,6 @@ def _unusable(request: Request, error: Exception) -> Response:
     return problem(request.scope["path"], status, text, problem_key(error))
 
 
-def _left(request: Request, error: Exception) -> Response:
+def _disconnected_response(request: Request, error: Exception) -> Response:
     """Return an unused response: the client has disconnected."""
     return Response(status_code=HTTPStatus.BAD_REQUEST)

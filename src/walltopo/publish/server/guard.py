@@ -148,7 +148,7 @@ def _method(request: Request, _: Rules) -> _Refusal | None:
     return _Refusal(HTTPStatus.METHOD_NOT_ALLOWED, f"{request.method} is not allowed here")
 
 
-def _body(request: Request, _: Rules) -> _Refusal | None:
+def _check_body(request: Request, _: Rules) -> _Refusal | None:
     """Require a declared, bounded length for the body of a POST, and no body elsewhere."""
     headers = request.headers
     if request.method != "POST":
@@ -167,7 +167,7 @@ def _body(request: Request, _: Rules) -> _Refusal | None:
     return None
 
 
-def _editor(request: Request, rules: Rules) -> _Refusal | None:
+def _check_editor_token(request: Request, rules: Rules) -> _Refusal | None:
     """Require the token for the API."""
     if not request.scope["path"].startswith(API):
         return None
@@ -205,6 +205,6 @@ _CHECKS: tuple[Callable[[Request, Rules], _Refusal | None], ...] = (
     _other_page,
     _method,
     _own_page,
-    _editor,
-    _body,
+    _check_editor_token,
+    _check_body,
 )

@@ -64,7 +64,7 @@ def write_drawing(path: Path, relief: Relief) -> None:
 
 def _draw_holds(canvas: Any, relief: Relief) -> None:
     for mask, fill in ((relief.volumes, 0), (relief.holds, 1)):
-        for outline in _outlines(mask):
+        for outline in _part_outlines(mask):
             path = canvas.beginPath()
             path.moveTo(*outline[0])
             for point in outline[1:]:
@@ -72,14 +72,14 @@ def _draw_holds(canvas: Any, relief: Relief) -> None:
             path.close()
             canvas.drawPath(path, stroke=1 - fill, fill=fill)
     for marked, rings in ((relief.starts, 1), (relief.tops, 2)):
-        for outline in _outlines(marked):
+        for outline in _part_outlines(marked):
             middle = (outline.min(axis=0) + outline.max(axis=0)) / 2
             reach = float(np.linalg.norm(outline - middle, axis=1).max())
             for ring in range(1, rings + 1):
                 canvas.circle(*middle, reach + ring * _RING_M, stroke=1, fill=0)
 
 
-def _outlines(mask: Bitmap) -> Iterator[NDArray[np.float64]]:
+def _part_outlines(mask: Bitmap) -> Iterator[NDArray[np.float64]]:
     """Yield the (n, 2) outline of each part of a mask, m from the left and the upper edge."""
     found, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     for outline in found:

@@ -99,9 +99,9 @@ def route_relief(wall: WallModel, route: Route) -> Relief:
     heights = np.where(own, np.maximum(near, base + _MIN_RAISED_M), base)
     starts, tops = (np.isin(instance, ids) for ids in (route.start, route.top))
     for count, marked in ((1, starts), (2, tops)):
-        heights += _MIN_RAISED_M * (_rings(marked, count) & ~own)
+        heights += _MIN_RAISED_M * (_ring_pixels(marked, count) & ~own)
     masks = (own, starts, tops, np.isin(instance, volumes))
-    return _labelled(heights, masks, label)
+    return _add_label_strip(heights, masks, label)
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ def _base_of(heights: Floats, known: Bitmap) -> Floats:
     return np.asarray(smooth, np.float64)
 
 
-def _rings(marked: Bitmap, count: int) -> Bitmap:
+def _ring_pixels(marked: Bitmap, count: int) -> Bitmap:
     """Return the pixels of one or two rings around marked holds."""
     away = cv2.distanceTransform((~marked).astype(np.uint8), cv2.DIST_L2, 5) * PITCH_M
     rings = np.zeros_like(marked)
@@ -176,7 +176,7 @@ def _label_of(route: Route) -> str:
     return label
 
 
-def _labelled(heights: Floats, masks: tuple[Bitmap, ...], label: str) -> Relief:
+def _add_label_strip(heights: Floats, masks: tuple[Bitmap, ...], label: str) -> Relief:
     """Return the relief on its base, with a strip for the label below; masks as in `Relief`."""
     strip = round(_LABEL_M / PITCH_M)
     heights = np.pad(heights - heights.min() + _BASE_M, ((0, strip), (0, 0)))

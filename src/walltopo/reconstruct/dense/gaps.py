@@ -175,7 +175,7 @@ def _find_boundary(mesh: Mesh) -> _Boundary:
     return _Boundary(mesh.vertices, front, existing, ins, outs, _unit(around))
 
 
-def _proposals(
+def _propose_triangles(
     boundary: _Boundary,
     active: list[tuple[int, int]],
     candidates: Ints,
@@ -279,7 +279,7 @@ def sew_gaps(mesh: Mesh, max_diameter: float) -> Mesh:
     active = [e for e in boundary.front if isolated[e[0]] and isolated[e[1]]]
     while active:
         candidates = np.flatnonzero(isolated & (boundary.outs.max(axis=1) >= 0))
-        rows, thirds, normals = _proposals(boundary, active, candidates, tree, max_diameter)
+        rows, thirds, normals = _propose_triangles(boundary, active, candidates, tree, max_diameter)
         repeated: list[tuple[int, int]] = []
         changed = False
         for row, third, normal in zip(rows.tolist(), thirds.tolist(), normals, strict=True):

@@ -93,12 +93,14 @@ def place_mesh(
     if _faces_away(mesh, scene):
         mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
         uv = None if uv is None else uv[:, ::-1]
-    mesh, uv = _split(mesh, uv, _COARSE * edge)
+    mesh, uv = _split_long_edges(mesh, uv, _COARSE * edge)
     whole = float(mesh.areas.sum())
-    mesh, uv = _crop(mesh, uv, scene)
+    mesh, uv = _crop_to_photos(mesh, uv, scene)
     _check_size(mesh, edge, path)
-    mesh, uv = _split(mesh, uv, _LONGEST_EDGE * edge)
-    context.progress.note(f"{path.name}: {_painting(content.lacks, has_texture=uv is not None)}")
+    mesh, uv = _split_long_edges(mesh, uv, _LONGEST_EDGE * edge)
+    context.progress.note(
+        f"{path.name}: {_painter_words(content.lacks, has_texture=uv is not None)}"
+    )
     picture = None
     if content.picture is not None:
         picture = TextureImage(context.scratch / "given.png")
@@ -119,7 +121,7 @@ def place_mesh(
     )
 
 
-def _painting(lacks: str, *, has_texture: bool) -> str:
+def _painter_words(lacks: str, *, has_texture: bool) -> str:
     """Return in words what paints the mesh."""
     if not has_texture:
         return f"painted from the photos: {lacks}"
@@ -308,14 +310,14 @@ def _faces_away(mesh: Mesh, scene: Scene) -> bool:
     return back > front
 
 
-def _split(mesh: Mesh, uv: Floats | None, longest: float) -> tuple[Mesh, Floats | None]:
+def _split_long_edges(mesh: Mesh, uv: Floats | None, longest: float) -> tuple[Mesh, Floats | None]:
     """Return the mesh, and its texture coordinates if any, with shorter edges."""
     if uv is None:
         return split_long_edges(mesh, longest), None
     return split_long_edges_with_uv(mesh, uv, longest)
 
 
-def _crop(mesh: Mesh, uv: Floats | None, scene: Scene) -> tuple[Mesh, Floats | None]:
+def _crop_to_photos(mesh: Mesh, uv: Floats | None, scene: Scene) -> tuple[Mesh, Floats | None]:
     """Return the part in the box that the photos show: a room's other walls would cost much."""
     low, high = meshing_box(scene)
     keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)

@@ -82,7 +82,9 @@ def guess_holes(
     normals = _boundary_normals(mesh, edges)
     inner = _inner_edges(edges, len(mesh.vertices))
     spans = []
-    for span in map_ahead(lambda opening: _span(mesh, opening, normals, inner, edge), openings):
+    for span in map_ahead(
+        lambda opening: _span_opening(mesh, opening, normals, inner, edge), openings
+    ):
         if span is not None:
             spans.append(span)
         progress.advance()
@@ -106,7 +108,7 @@ def _inner_edges(edges: Edges, count: int) -> NDArray[np.int32]:
     return edges.pairs[(edges.count > 1) & at_boundary[edges.pairs].all(axis=1)]
 
 
-def _span(
+def _span_opening(
     mesh: Mesh,
     opening: Opening,
     normals: dict[tuple[int, int], Floats],
@@ -129,7 +131,7 @@ def _span(
     patch = Mesh(np.concatenate([points, found[0]]), span.faces)
     if degenerate(patch, _MIN_FLATNESS).any():
         return None
-    agrees = _agreement(patch, points, outer, own) >= opening.min_cosine
+    agrees = _rim_agreement(patch, points, outer, own) >= opening.min_cosine
     return span if agrees else None
 
 
@@ -178,7 +180,7 @@ def _find_barred(
     return np.asarray(barred | barred.T)
 
 
-def _agreement(patch: Mesh, points: Floats, outer: Floats, own: NDArray[np.bool_]) -> float:
+def _rim_agreement(patch: Mesh, points: Floats, outer: Floats, own: NDArray[np.bool_]) -> float:
     """Return the mean cosine along the rim between the span's faces and the mesh's faces.
 
     Parameters
@@ -254,11 +256,11 @@ def share_seen_through(
     seen, through = np.zeros(count), np.zeros(count)
     if count == 0:
         return seen
-    sample = _sample(span, count)
+    sample = _sample_faces(span, count)
     surface, closed = Bvh(measured.vertices, measured.faces), Bvh(spans.vertices, spans.faces)
     for k, view in enumerate(scene.views):
         targets, number = spans.centroids[sample], span[sample]
-        framed = _framed(view, targets)
+        framed = _points_in_frame(view, targets)
         targets, number = targets[framed], number[framed]
         if len(targets) == 0:
             continue
@@ -277,7 +279,7 @@ def share_seen_through(
     return np.asarray(np.minimum(through / np.maximum(seen, 1.0), 1.0))
 
 
-def _sample(span: Ints, count: int) -> Ints:
+def _sample_faces(span: Ints, count: int) -> Ints:
     """Return evenly spaced faces of every span, at most twice `_SAMPLES` per span."""
     size = np.bincount(span, minlength=count)
     first = np.concatenate([[0], np.cumsum(size)])[:-1]
@@ -286,7 +288,7 @@ def _sample(span: Ints, count: int) -> Ints:
     return np.flatnonzero(rank % step[span] == 0)
 
 
-def _framed(view: View, points: Floats) -> NDArray[np.bool_]:
+def _points_in_frame(view: View, points: Floats) -> NDArray[np.bool_]:
     """Return (n,) whether points lie inside a photo's frame."""
     pixels = np.nan_to_num(view.project(points), nan=-1.0)
     size = (view.camera.width, view.camera.height)

@@ -55,7 +55,7 @@ def _face_segments(face: tuple[int, ...], inside: int) -> list[tuple[int, int]]:
     return segments
 
 
-def _loops(inside: int) -> list[list[int]]:
+def _crossing_loops(inside: int) -> list[list[int]]:
     """Return the closed chains of edge crossings of one configuration."""
     follow: dict[int, int] = {}
     for face in _FACES:
@@ -100,7 +100,7 @@ def cube_table() -> NDArray[np.int8]:
     table = np.full((256, 3 * _MAX_TRIANGLES), -1, dtype=np.int8)
     for inside in range(256):
         triangles: list[int] = []
-        for loop in _loops(inside):
+        for loop in _crossing_loops(inside):
             found = _triangulate(loop)
             if found is None:
                 raise AssertionError(f"cube {inside}: no triangulation")

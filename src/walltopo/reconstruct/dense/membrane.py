@@ -54,17 +54,17 @@ def membrane(
     n = len(points)
     vertices, faces = points, found.astype(np.int32)
     for _ in range(_MAX_ROUNDS):
-        faces = _flipped(vertices, faces, barred)
+        faces = _flip_edges(vertices, faces, barred)
         mesh = halve_edges(Mesh(vertices, faces), _LONGEST * edge, border=False)
         if len(mesh.vertices) == len(vertices):
             break
-        vertices, faces = _relax(mesh.vertices, mesh.faces, n), mesh.faces
+        vertices, faces = _relax_vertices(mesh.vertices, mesh.faces, n), mesh.faces
     # If the rim touches itself, relaxed vertices may coincide.
     even = collapse_short_edges(Mesh(vertices, faces), _SHORTEST * edge, border=False)
     return even.vertices[n:], even.faces
 
 
-def _relax(vertices: Floats, faces: Faces, fixed: int) -> Floats:
+def _relax_vertices(vertices: Floats, faces: Faces, fixed: int) -> Floats:
     """Move all vertices but the first `fixed` to the mean of their neighbours."""
     from scipy.sparse import diags
     from scipy.sparse.linalg import splu
@@ -79,7 +79,7 @@ def _relax(vertices: Floats, faces: Faces, fixed: int) -> Floats:
     return np.concatenate([vertices[:fixed], place])
 
 
-def _flipped(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces:
+def _flip_edges(vertices: Floats, faces: Faces, barred: NDArray[np.bool_]) -> Faces:
     """Return the faces after flips of inner edges towards a Delaunay triangulation."""
     result = faces.copy()
     a, b = np.nonzero(barred)

@@ -59,10 +59,10 @@ def read_mesh_file(path: Path, unwanted: str = "") -> MeshFile:
     if texture and any(one is None for one in (*uv, *pictures)):
         lacks = "it has none, or not on all of its parts"
     with prefix_errors(path):
-        mesh, kept = _surface(np.concatenate(corners))
+        mesh, kept = _mesh_of_triangles(np.concatenate(corners))
     if lacks:
         return MeshFile(mesh, None, None, lacks)
-    shifted = [_inside(one) for one in uv if one is not None]
+    shifted = [_wrap_coordinates(one) for one in uv if one is not None]
     if any(one is None for one in shifted):
         return MeshFile(mesh, None, None, "it repeats its picture")
     found = [picture for picture in pictures if picture is not None]
@@ -84,7 +84,7 @@ def _triangle_meshes(path: Path, loaded: Any) -> list[Any]:
     return found
 
 
-def _surface(corners: Floats) -> tuple[Mesh, NDArray[np.int64]]:
+def _mesh_of_triangles(corners: Floats) -> tuple[Mesh, NDArray[np.int64]]:
     """Return the mesh of triangles (F, 3, 3), and the rows of those that have an area.
 
     Files repeat a vertex for each texture coordinate; the same place is one vertex here.
@@ -124,7 +124,7 @@ def _picture_of(part: Any) -> Any | None:
     return None
 
 
-def _inside(uv: Floats) -> Floats | None:
+def _wrap_coordinates(uv: Floats) -> Floats | None:
     """Return coordinates moved by whole pictures into [0, 1]; None if many triangles wrap."""
     moved = uv - np.floor(uv.min(axis=1, keepdims=True) + 1e-6)
     wraps = moved.max(axis=(1, 2)) > 1 + 1e-3

@@ -87,7 +87,7 @@ def choose_neighbours(scene: Scene, count: int) -> list[list[int]]:
         is_useful = total > _MIN_SCORE * total.max(initial=0.0)
         useful[i, others[is_useful]] = True
         scores[~is_useful] = 0.0
-        chosen = _cover(scores, _unit(centres[others] - centres[i]), count)
+        chosen = _choose_covering_rows(scores, _unit(centres[others] - centres[i]), count)
         partners.append(others[chosen].tolist())
     return _make_mutual(partners, useful)
 
@@ -119,7 +119,7 @@ def _make_mutual(partners: list[list[int]], useful: NDArray[np.bool_]) -> list[l
     return result
 
 
-def _cover(scores: Floats, directions: Floats, count: int) -> list[int]:
+def _choose_covering_rows(scores: Floats, directions: Floats, count: int) -> list[int]:
     """Greedily choose the rows that add the most score to what earlier rows cover.
 
     Parameters

@@ -70,7 +70,7 @@ def find_openings(mesh: Mesh, edges: Edges, largest: float, edge: float) -> list
             min_cosine = _MIN_COSINE_OUTLINE if outline[k] else _MIN_COSINE_HOLE
             found.append(Opening(loop, np.zeros((0, 3)), min_cosine))
         else:
-            found += _bays(mesh.vertices, loop, tree, largest, edge)
+            found += _bays_of_loop(mesh.vertices, loop, tree, largest, edge)
     return found
 
 
@@ -81,7 +81,7 @@ def _largest_in_part(part: NDArray[np.int32], size: Floats) -> Floats:
     return largest[part]
 
 
-def _bays(
+def _bays_of_loop(
     vertices: Floats, loop: Ints, tree: cKDTree, largest: float, edge: float
 ) -> list[Opening]:
     """Return the bays of one boundary loop."""

@@ -33,7 +33,7 @@ _ROUNDS = 2
 _GEOMETRIC_ROUNDS = 0
 
 # OpenMVS guesses a region of interest, and whether the scene is a tower, from where the cameras
-# look; in front of a wall both guesses cut parts of it off. `_crop` crops the mesh instead.
+# look; in front of a wall both guesses cut parts of it off. `_crop_to_box` crops the mesh instead.
 _NO_CROPPING = ["--estimate-roi", "0", "--crop-to-roi", "0", "--tower-mode", "0"]
 
 # The triangulation merges points closer than this share of an edge.
@@ -115,13 +115,13 @@ def openmvs_mesh(
         run_program(programs["RefineMesh"], arguments, work, progress)
     if not surface.is_file():
         raise StageError(f"OpenMVS wrote no mesh at {surface}", f"Its logs (*.log) are in {work}.")
-    mesh = _crop(read_mesh(surface), *meshing_box(views))
+    mesh = _crop_to_box(read_mesh(surface), *meshing_box(views))
     # The triangulation closes every opening; reopen those wider than the limit for holes.
     mesh = finish_surface(drop_long_triangles(mesh, settings.max_hole * unit), settings, edge, unit)
     return split_long_edges(mesh, _LONGEST_EDGE * edge)
 
 
-def _crop(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
+def _crop_to_box(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
     """Return the triangles whose centroid lies in a box; corners (3,)."""
     keep = ((mesh.centroids >= low) & (mesh.centroids <= high)).all(axis=1)
     return Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep]))

@@ -66,7 +66,7 @@ def opencv_matrix(camera: Camera) -> Floats:
     return matrix
 
 
-def _frame(view: View, partner: View, points: Floats) -> Floats | None:
+def _rectified_rotation(view: View, partner: View, points: Floats) -> Floats | None:
     """Return the (3, 3) world-to-rectified rotation: x along the baseline, z towards the points."""
     x = partner.centre - view.centre
     x = x / np.linalg.norm(x)
@@ -88,7 +88,7 @@ def _frame(view: View, partner: View, points: Floats) -> Floats | None:
     return np.stack([x, np.cross(z, x), z])
 
 
-def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
+def _outline_bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
     """Return the minimum and maximum corner (2,) of a photo's outline after a homography."""
     w, h = camera.width, camera.height
     corners = np.array([[0, 0, 1], [w, 0, 1], [0, h, 1], [w, h, 1]], dtype=float) @ homography.T
@@ -98,7 +98,7 @@ def _bounds(homography: Floats, camera: Camera) -> tuple[Floats, Floats]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def _homography(camera: Camera, turn: Floats, focal: float) -> Floats:
+def _rectifying_homography(camera: Camera, turn: Floats, focal: float) -> Floats:
     """Return the map from photo pixels to those of a turned camera with this focal length."""
     return np.diag([focal, focal, 1.0]) @ turn @ np.linalg.inv(opencv_matrix(camera))
 
@@ -121,16 +121,16 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     -------
     Rectified, or None if the pair's geometry is unsuitable for stereo.
     """
-    frame = _frame(view, partner, points)
+    frame = _rectified_rotation(view, partner, points)
     if frame is None:
         return None
     turn_left = frame @ view.cam_from_world[:, :3].T
     turn_right = frame @ partner.cam_from_world[:, :3].T
     focal = view.camera.fx * zoom
-    left = _homography(view.camera, turn_left, focal)
-    right = _homography(partner.camera, turn_right, focal)
+    left = _rectifying_homography(view.camera, turn_left, focal)
+    right = _rectifying_homography(partner.camera, turn_right, focal)
     scale = focal * float(np.linalg.norm(partner.centre - view.centre))
-    uvd = _disparities(view, partner, frame, points, focal, scale)
+    uvd = _point_disparities(view, partner, frame, points, focal, scale)
     fitted = None if uvd is None else _fit_plane(uvd)
     if uvd is None or fitted is None:
         return None
@@ -165,7 +165,7 @@ def rectify(view: View, partner: View, points: Floats, zoom: float = 1.0) -> Rec
     )
 
 
-def _disparities(
+def _point_disparities(
     view: View, partner: View, frame: Floats, points: Floats, focal: float, scale: float
 ) -> Floats | None:
     """Return the (n, 3) rectified column, row and disparity of the points in both photos."""
@@ -208,8 +208,8 @@ def _fit_plane(uvd: Floats) -> tuple[Floats, float, float] | None:
 
 def _common_box(left: Floats, right: Floats, view: View, partner: View, uvd: Floats) -> Floats:
     """Return the box x0, y0, x1, y1 of rectified pixels that may have a match in the partner."""
-    low, high = _bounds(left, view.camera)
-    low_other, high_other = _bounds(right, partner.camera)
+    low, high = _outline_bounds(left, view.camera)
+    low_other, high_other = _outline_bounds(right, partner.camera)
     near, far = uvd[:, :2].min(axis=0), uvd[:, :2].max(axis=0)
     slack = _POINT_SLACK * (far - near)
     low = np.maximum(np.maximum(low, low_other), near - slack)

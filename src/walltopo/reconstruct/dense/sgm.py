@@ -154,7 +154,7 @@ def depth_maps(
             yield item
 
 
-def _consistent(
+def _consistent_maps(
     maps: Sequence[DepthMap],
     scene: Scene,
     partners: list[list[int]],
@@ -212,7 +212,9 @@ def sgm_mesh(
     maps = DepthMapStore(found, scratch)
     if settings.confirm != "never":
         enough = _min_pairs(settings, few)
-        maps = DepthMapStore(_consistent(maps, scene, partners, edge, enough, progress), scratch)
+        maps = DepthMapStore(
+            _consistent_maps(maps, scene, partners, edge, enough, progress), scratch
+        )
     low, high = meshing_box(scene)
     voxel = edge / _VOXELS_PER_EDGE
     space = find_space(

@@ -64,7 +64,7 @@ def clipped_mask(image: Image) -> NDArray[np.bool_]:
     return np.asarray((opened[0] > 0) | (opened[1] > 0))
 
 
-def _search(left: Image, right: Image, count: int) -> Depth:
+def _match_disparity(left: Image, right: Image, count: int) -> Depth:
     """Return the disparity of the left image by StereoSGBM, in pixels, NaN if unknown."""
     matcher = cv2.StereoSGBM.create(
         minDisparity=0,
@@ -83,12 +83,12 @@ def _search(left: Image, right: Image, count: int) -> Depth:
     return np.where(fixed >= 0, fixed.astype(np.float32) / 16.0, np.nan).astype(np.float32)
 
 
-def _disparity(left: Image, right: Image, count: int) -> Depth:
+def _filled_disparity(left: Image, right: Image, count: int) -> Depth:
     """Return the disparity of the left image, filled from half size where full size fails.
 
     Matching at half size succeeds on texture that is too fine or too faint at full size.
     """
-    full = _search(left, right, count)
+    full = _match_disparity(left, right, count)
     height, width = left.shape
     half_size = (width + 1) // 2, (height + 1) // 2
     small = [
@@ -96,7 +96,7 @@ def _disparity(left: Image, right: Image, count: int) -> Depth:
         for i in (left, right)
     ]
     # At half size the empty columns on the left are half as many; round them up to 16.
-    coarse = _search(small[0], small[1], (count // 2 + 15) // 16 * 16)
+    coarse = _match_disparity(small[0], small[1], (count // 2 + 15) // 16 * 16)
     coarse = np.asarray(cv2.resize(coarse, (width, height), interpolation=cv2.INTER_LINEAR)) * (
         width / half_size[0]
     )
@@ -122,13 +122,13 @@ def match_pair(image: Image, view: View, other: Image, partner: View, points: Fl
     size = (pair.width, pair.height)
     left = cv2.warpPerspective(image, pair.left, size, flags=cv2.INTER_CUBIC)
     right = cv2.warpPerspective(other, pair.right, size, flags=cv2.INTER_CUBIC)
-    disparity = _disparity(np.asarray(left), np.asarray(right), pair.disparities)
-    inside = [_inside(home, image.shape, size) for home in (pair.left, pair.right)]
+    disparity = _filled_disparity(np.asarray(left), np.asarray(right), pair.disparities)
+    inside = [_photo_mask(home, image.shape, size) for home in (pair.left, pair.right)]
     in_ranges(_mask_outside, len(disparity), *inside, disparity)
     return _to_photo(disparity, pair, view)
 
 
-def _inside(homography: Floats, shape: tuple[int, ...], size: tuple[int, int]) -> Image:
+def _photo_mask(homography: Floats, shape: tuple[int, ...], size: tuple[int, int]) -> Image:
     """Return a (h, w) mask, nonzero where a rectified pixel lies inside the photo."""
     whole = np.full(shape, 255, dtype=np.uint8)
     whole[:_RIM], whole[-_RIM:], whole[:, :_RIM], whole[:, -_RIM:] = 0, 0, 0, 0

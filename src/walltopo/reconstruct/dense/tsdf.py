@@ -190,7 +190,7 @@ def _integrate(
                     weight[b, i, j, k] = total
 
 
-def _unprojection(view: View) -> tuple[Floats, Floats]:
+def _unprojection_of(view: View) -> tuple[Floats, Floats]:
     """Return the pixel-to-ray mapping (1/fx, offset, 1/fy, offset) and world_from_cam (3, 4)."""
     camera = view.camera
     inverse_k = np.array(
@@ -231,7 +231,7 @@ def find_space(
         raise _too_fine(voxel)
     hits = np.zeros(tuple(shape.tolist()), dtype=np.uint16)
     for depth, view in depths:
-        inverse_k, world_from_cam = _unprojection(view)
+        inverse_k, world_from_cam = _unprojection_of(view)
         _count_hits(depth, inverse_k, world_from_cam, origin, side, truncation, hits, low, high)
     blocks = np.argwhere(hits >= _MIN_HITS).astype(np.int32)
     if len(blocks) == 0:
@@ -245,7 +245,7 @@ def find_space(
     return Space(origin, voxel, truncation, blocks, hits.shape)
 
 
-def _slabs(space: Space) -> Iterator[Volume]:
+def _split_space(space: Space) -> Iterator[Volume]:
     """Split the space into empty volumes of at most `_MAX_BLOCKS_IN_MEMORY` own blocks."""
     blocks = space.blocks
     for begin in range(0, len(blocks), _MAX_BLOCKS_IN_MEMORY):
@@ -281,15 +281,15 @@ def fuse(space: Space, maps: Sequence[DepthMap], progress: Progress) -> Iterator
     parts = (len(space.blocks) + _MAX_BLOCKS_IN_MEMORY - 1) // _MAX_BLOCKS_IN_MEMORY
     progress.step("fusing depth maps", parts * len(maps))
     progress.detail(f"{len(space.blocks)} blocks of voxels of {space.voxel:.4g}")
-    for volume in _slabs(space):
+    for volume in _split_space(space):
         for item in maps:
-            _fuse(volume, item.depth, item.weight, item.view)
+            _fuse_depth_map(volume, item.depth, item.weight, item.view)
             progress.advance()
         yield volume
         del volume
 
 
-def _fuse(volume: Volume, depth: Depth, confidence: Depth, view: View) -> None:
+def _fuse_depth_map(volume: Volume, depth: Depth, confidence: Depth, view: View) -> None:
     """Average one depth map into the volume."""
     camera = view.camera
     k4 = np.array([camera.fx, camera.fy, camera.cx, camera.cy])

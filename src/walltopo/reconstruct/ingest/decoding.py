@@ -98,7 +98,7 @@ class _DecodeProcess:
                         yield msgspec.json.decode(line, type=Message)
                     self.end = describe_exit(child.wait())
             finally:
-                self.output = _tail(output)
+                self.output = _last_output(output)
 
 
 # Make malloc return large freed blocks to the system, and libraries start no threads: files are
@@ -110,7 +110,7 @@ _ENVIRONMENT: Final = {
 }
 
 
-def _tail(output: IO[bytes]) -> list[str]:
+def _last_output(output: IO[bytes]) -> list[str]:
     """Return the last lines that libraries printed; read at most 4000 bytes."""
     output.seek(max(0, output.seek(0, os.SEEK_END) - 4000))
     return output.read().decode("utf-8", "replace").splitlines()

@@ -83,7 +83,7 @@ def decoded_photo(
             held.enter_context(
                 budget.reserve(bytes_to_open(opened, full, factor, settings.max_side))
             )
-            strip, size = _decode(opened, factor)
+            strip, size = _strip_decoder(opened, factor)
             # EXIF is read after decoding: Pillow decodes a PNG to find it, and rotates TIFF itself.
             _check_panorama(opened)
             orientation, focal_px = opened.getexif().get(_ORIENTATION, 1), _focal_px(opened, full)
@@ -192,7 +192,7 @@ def _focal_px(image: Image, size: tuple[int, int]) -> float | None:
 Strip = Callable[[int, int], "Image"]
 
 
-def _decode(opened: Image, factor: int) -> tuple[Strip, tuple[int, int]]:
+def _strip_decoder(opened: Image, factor: int) -> tuple[Strip, tuple[int, int]]:
     """Return a function that crops rows `top` to `bottom`, and the size of the whole image."""
     from PIL import Image as Pil
 
@@ -221,7 +221,7 @@ def _to_srgb8(opened: Image, strip: Strip, size: tuple[int, int], factor: int) -
     result = Pil.new("RGB", (-(-width // factor), -(-height // factor)))
     rows = max(1, _STRIP_PIXELS // (width * factor)) * factor
     tops = range(0, height, rows)
-    convert = _converter(opened, lambda: (strip(top, min(top + rows, height)) for top in tops))
+    convert = _srgb_converter(opened, lambda: (strip(top, min(top + rows, height)) for top in tops))
     for top in tops:
         rgb = convert(strip(top, min(top + rows, height)))
         result.paste(rgb.reduce(factor) if factor > 1 else rgb, (0, top // factor))
@@ -239,7 +239,9 @@ def _with_info(strip: Image, opened: Image) -> Image:
     return strip
 
 
-def _converter(opened: Image, strips: Callable[[], Iterator[Image]]) -> Callable[[Image], Image]:
+def _srgb_converter(
+    opened: Image, strips: Callable[[], Iterator[Image]]
+) -> Callable[[Image], Image]:
     """Return a function that converts a strip of this image to 8-bit sRGB."""
     if opened.mode.startswith("I") or opened.mode == "F":
         deep = any(np.asarray(strip).max(initial=0) > 255 for strip in strips())

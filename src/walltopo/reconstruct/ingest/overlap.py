@@ -76,7 +76,7 @@ def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -
     pictures : (H, W) uint8 grey images in the order of capture; 480 px are enough.
     max_pairs : maximum number of compared pairs.
     """
-    features = [_features(picture) for picture in pictures]
+    features = [_find_features(picture) for picture in pictures]
     group_of = list(range(len(pictures)))  # group of each picture, named by a member's number
     shifts = []
     matches: dict[tuple[int, int], int] = {}
@@ -90,7 +90,7 @@ def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -
         moved = _find_motion(features[a], features[b])
         matches[a, b] = len(moved)
         if len(moved) >= _MIN_INLIERS:
-            shifts.append(_shift(a, b, moved, pictures[b].shape))
+            shifts.append(_view_shift(a, b, moved, pictures[b].shape))
             merged, kept = group_of[b], group_of[a]
             group_of = [kept if own == merged else own for own in group_of]
     groups: dict[int, list[int]] = {}
@@ -100,13 +100,13 @@ def find_overlap(pictures: Sequence[NDArray[np.uint8]], max_pairs: int = 4000) -
     return Overlap(
         groups=tuple(map(tuple, ordered)),
         shifts=tuple(shifts),
-        gaps=_gaps(group_of, [group_of[group[0]] for group in ordered[1:]], matches),
+        gaps=_gap_pairs(group_of, [group_of[group[0]] for group in ordered[1:]], matches),
         pairs=len(matches),
         is_whole=is_whole,
     )
 
 
-def _gaps(
+def _gap_pairs(
     group_of: Sequence[int], apart: Sequence[int], matches: Mapping[tuple[int, int], int]
 ) -> tuple[tuple[int, int], ...]:
     """Return a pair for each group in `apart`; of equal pairs the nearest in the sequence."""
@@ -119,7 +119,7 @@ def _gaps(
     return tuple(gaps)
 
 
-def _shift(a: int, b: int, moved: NDArray[np.float32], shape: tuple[int, ...]) -> Shift:
+def _view_shift(a: int, b: int, moved: NDArray[np.float32], shape: tuple[int, ...]) -> Shift:
     """Return the motion of the view from the motion of the matches, which is its opposite."""
     height, width = shape[:2]
     across, down = np.median(moved, axis=0).tolist()
@@ -133,7 +133,7 @@ def _pairs_by_gap(count: int) -> Iterator[tuple[int, int]]:
             yield a, a + gap
 
 
-def _features(picture: NDArray[np.uint8]) -> Features:
+def _find_features(picture: NDArray[np.uint8]) -> Features:
     """Return the keypoint positions (n, 2) and the RootSIFT descriptors (n, 128) of unit length."""
     import cv2
 

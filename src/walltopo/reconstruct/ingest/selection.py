@@ -73,7 +73,7 @@ def select_photos(
             photos.append(item)
         else:
             skipped.append(item)
-    photos, rejected = _select(photos)
+    photos, rejected = _select_photos(photos)
     skipped += rejected
     if len(photos) < _MIN_PHOTOS:
         raise InputError(_too_few(photos, skipped), "Add photos of the wall and run again.")
@@ -120,7 +120,7 @@ def _decode_all(
 ) -> Iterator[_Photo | SkippedFile]:
     """Yield candidates in the order of the sources, independent of the decoding order."""
     files = [source.file for source in sources.files]
-    duplicates = _duplicates(sources)
+    duplicates = _find_duplicates(sources)
     jobs = [(number, file) for number, file in enumerate(files) if number not in duplicates]
     progress.step("read photos", len(jobs))
     done: dict[int, Done] = {}
@@ -149,7 +149,7 @@ def _decode_all(
                 yield _photo(stored, folder, names.assign(file.stem, end), shown)
 
 
-def _duplicates(sources: SourceList) -> dict[int, str]:
+def _find_duplicates(sources: SourceList) -> dict[int, str]:
     """Return the number of each duplicate file with the name of the earlier file."""
     names_of_photos: dict[str, str] = {}
     duplicates: dict[int, str] = {}
@@ -175,7 +175,7 @@ def _photo(stored: StoredPhoto, folder: Path, name: str, source: str) -> _Photo:
     )
 
 
-def _select(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
+def _select_photos(photos: Sequence[_Photo]) -> tuple[list[_Photo], list[SkippedFile]]:
     """Separate the photos to keep from the blurred and the repeated.
 
     The best of several pictures of one view is kept, under the name of the first. If it has no

@@ -74,7 +74,7 @@ def find_sources(given: Sequence[Path], own: Path | None = None) -> Sources:
     skipped: list[SkippedFile] = []
     for path in given:
         _check_path(path, own)
-        for item in _items(path):
+        for item in _visible_items(path):
             reason = _skip_reason(item)
             if reason:
                 skipped.append(SkippedFile(shown_name(item), reason))
@@ -138,7 +138,7 @@ def _check_path(path: Path, own: Path | None) -> None:
         )
 
 
-def _items(path: Path) -> Iterator[Path]:
+def _visible_items(path: Path) -> Iterator[Path]:
     """Yield the path itself, or the visible items of a folder in natural order."""
     if not path.is_dir():
         return iter([path])

@@ -48,7 +48,7 @@ def store_file(
                 return Done(number, reasons=("the moving part of a Live Photo",))
             return _store_video(number, file, folder, settings, budget)
         with decoded_photo(file, settings, budget) as photo:
-            stored = _store(photo.image, folder / f"{number}.jpg", None, photo.focal_px)
+            stored = _store_photo(photo.image, folder / f"{number}.jpg", None, photo.focal_px)
             stored = replace(
                 stored, source_pixels=photo.source_pixels, source_bytes=file.stat().st_size
             )
@@ -72,7 +72,7 @@ def _store_video(
                 check_shape(image.size, settings)
                 path = folder / f"{number}_{frame.number:06d}.jpg"
                 image = reduce_to(image, settings.max_side)
-                kept.add(_store(image, path, frame.number), folder)
+                kept.add(_store_photo(image, path, frame.number), folder)
     except InputError as error:
         # The frames before the damage are as good as a shorter video.
         reasons.append(error.message)
@@ -117,7 +117,7 @@ class _EvenlySpread:
         self._kept = chosen
 
 
-def _store(
+def _store_photo(
     image: Image, path: Path, frame: int | None, focal_px: float | None = None
 ) -> StoredPhoto:
     """Write an image as a JPEG and return its record."""

@@ -89,7 +89,7 @@ def timed_frames(
     InputError : the file has no video stream, or cannot be decoded.
     LongVideoError : it is longer than `max_seconds`.
     """
-    with _opened(path) as (container, stream):
+    with _open_video(path) as (container, stream):
         last: int | None = None
         for number, frame in enumerate(container.decode(stream)):
             time = frame.time if frame.time is not None else number / _FASTEST_HZ
@@ -99,19 +99,19 @@ def timed_frames(
             if slot == last:
                 continue
             last = slot
-            yield float(time), _reduced(_upright(frame), max_side)
+            yield float(time), _reduce_frame(_upright_pixels(frame), max_side)
 
 
 def _sample_frames(
     path: Path, budget: MemoryBudget, reasons: list[str]
 ) -> Iterator[tuple[int, Rgb]]:
     """Yield upright frames at about `_SAMPLE_RATE_HZ`, with their numbers in the file."""
-    with _opened(path) as (container, stream), budget.reserve(_memory_needed(stream)):
+    with _open_video(path) as (container, stream), budget.reserve(_memory_needed(stream)):
         yield from _decode(container, stream, reasons)
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[Any, Any]]:
+def _open_video(path: Path) -> Iterator[tuple[Any, Any]]:
     """Open a video; yield the container and its first video stream.
 
     Raises
@@ -160,16 +160,16 @@ def _decode(container: Any, stream: Any, reasons: list[str]) -> Iterator[tuple[i
             reasons.append(f"only its first {_MAX_MINUTES} minutes were looked at")
             return
         if number % stride == 0:
-            yield number, _upright(frame)
+            yield number, _upright_pixels(frame)
 
 
-def _upright(frame: Any) -> Rgb:
+def _upright_pixels(frame: Any) -> Rgb:
     """Return a frame's (H, W, 3) sRGB pixels, turned as the file says."""
     turns = round(float(getattr(frame, "rotation", 0) or 0) / 90.0) % 4
-    return np.ascontiguousarray(np.rot90(_srgb(frame), turns))
+    return np.ascontiguousarray(np.rot90(_srgb_pixels(frame), turns))
 
 
-def _reduced(pixels: Rgb, max_side: int) -> Rgb:
+def _reduce_frame(pixels: Rgb, max_side: int) -> Rgb:
     """Return a frame whose longer side is at most `max_side`, in pixels."""
     import cv2
 
@@ -180,7 +180,7 @@ def _reduced(pixels: Rgb, max_side: int) -> Rgb:
     return np.asarray(small, np.uint8)
 
 
-def _srgb(frame: Any) -> Rgb:
+def _srgb_pixels(frame: Any) -> Rgb:
     """Return a frame's (H, W, 3) sRGB pixels; HDR frames (HLG, PQ) are tone-mapped."""
     transfer = TRANSFERS.get(int(frame.color_trc))
     if transfer is None:

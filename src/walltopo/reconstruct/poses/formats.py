@@ -129,7 +129,7 @@ def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
         else:
             with prefix_errors(f"{poses}: {as_text(photo.name)}"):
                 check_lens(view.camera)
-            posed[photo] = _upright(view, files, photo)
+            posed[photo] = _upright_view(view, files, photo)
     if not posed:
         raise InputError(
             f"{poses}: none of its {len(export.views)} poses is of one of the {len(photos)} photos "
@@ -146,7 +146,7 @@ def read_poses(path: Path, photos: Sequence[Path]) -> GivenPoses:
         path=as_text(poses),
         metric=export.metric,
         up=export.up,
-        photos=tuple(PosedPhoto.of(_shifted(view, origin)) for view in posed.values()),
+        photos=tuple(PosedPhoto.of(_shift_origin(view, origin)) for view in posed.values()),
         others=others,
         mesh_frame=None if frame is None else MeshFrame.of(frame),
         origin=(float(origin[0]), float(origin[1]), float(origin[2])),
@@ -166,7 +166,7 @@ def _local_origin(views: Sequence[View]) -> Floats:
     return middle if np.abs(middle).max() >= _FAR else np.zeros(3)
 
 
-def _shifted(view: View, origin: Floats) -> View:
+def _shift_origin(view: View, origin: Floats) -> View:
     """Return a view in the frame whose origin is a point of the present one."""
     pose = view.cam_from_world.copy()
     pose[:, 3] += pose[:, :3] @ origin
@@ -178,7 +178,7 @@ def _shifted(view: View, origin: Floats) -> View:
 _TURNS = {3: 2, 6: 1, 8: 3}
 
 
-def _upright(view: View, files: PhotoFiles, photo: Path) -> View:
+def _upright_view(view: View, files: PhotoFiles, photo: Path) -> View:
     """Return a view of the photo as `ingest` turns it upright, named as the user's file.
 
     Programs give poses for the pixels as stored; one whose size is that of the upright photo has
@@ -192,7 +192,7 @@ def _upright(view: View, files: PhotoFiles, photo: Path) -> View:
         turns = 0
     pose = view.cam_from_world
     for _ in range(turns):
-        camera, pose = _turned(camera), _QUARTER @ pose
+        camera, pose = _turned_camera(camera), _QUARTER @ pose
     return View(as_text(photo.name), camera, pose)
 
 
@@ -200,7 +200,7 @@ def _upright(view: View, files: PhotoFiles, photo: Path) -> View:
 _QUARTER = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-def _turned(camera: Camera) -> Camera:
+def _turned_camera(camera: Camera) -> Camera:
     """Return the camera of a photo that was turned by 90 degrees clockwise."""
     full = list(camera.params)
     if camera.fx != camera.fy or camera.model in ("PINHOLE", "OPENCV", "FULL_OPENCV"):

@@ -80,7 +80,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
                 continue
             label, sensor = str(entry.get("label")), str(entry.get("sensor_id"))
             if sensor not in cameras:
-                cameras[sensor] = _camera(sensors.get(sensor), sensor)
+                cameras[sensor] = _sensor_camera(sensors.get(sensor), sensor)
             values = np.reshape(parse_numbers(pose.text, 16, f"camera {label}: transform"), (4, 4))
             name = check_name(last_part(label))
             view = posed_view(name, cameras[sensor], values, opengl=False)
@@ -88,7 +88,7 @@ def read(poses: Path, photos: PhotoFiles) -> Export:
     return Export(of_largest_component(found))
 
 
-def _camera(sensor: ElementTree.Element | None, number: str) -> Camera:
+def _sensor_camera(sensor: ElementTree.Element | None, number: str) -> Camera:
     """Return the adjusted calibration of a sensor, else the first.
 
     Raises

@@ -168,17 +168,17 @@ def _views_of_table(path: Path, photos: PhotoFiles) -> Iterator[View]:
         photo = photos.find(name)
         if photo is None:
             continue
-        row = _row(entry, f"{path}: {name}")
+        row = _parse_row(entry, f"{path}: {name}")
         middle = (row.get("px", 0.0) / _FILM, row.get("py", 0.0) / _FILM)
         lens = [row.get(key, 0.0) for key in _LENS]
         with prefix_errors(f"{path}: {name}"):
             camera = _camera(photo, photos, row["f"] / _FILM, middle, lens)
-            turned = _rotation(-row["heading"], row["pitch"], row["roll"])
+            turned = _rotation_of_angles(-row["heading"], row["pitch"], row["roll"])
             pose = np.column_stack([turned, [row["x"], row["y"], row["alt"]]])
             yield posed_view(check_name(last_part(photo.name)), camera, pose, opengl=True)
 
 
-def _row(entry: Mapping[str, str | None], name: str) -> dict[str, float]:
+def _parse_row(entry: Mapping[str, str | None], name: str) -> dict[str, float]:
     """Return the numbers of a line; raise InputError if one is missing or no number."""
     row = {
         key: parse_numbers(text, 1, f"{name}: {key}")[0]
@@ -194,7 +194,7 @@ def _row(entry: Mapping[str, str | None], name: str) -> dict[str, float]:
     return row
 
 
-def _rotation(heading_deg: float, pitch_deg: float, roll_deg: float) -> np.ndarray:
+def _rotation_of_angles(heading_deg: float, pitch_deg: float, roll_deg: float) -> np.ndarray:
     """Return world_from_camera: roll about y, then pitch about x, then heading about z."""
     from scipy.spatial.transform import Rotation
 

@@ -126,7 +126,7 @@ def frame_from_plates(
             _fit_plate(plate, own, by_name, way, outcome)
     _reject_outliers(outcome, tolerance)
     good = [fit for fit in outcome.fits if fit.plate.label not in outcome.faults]
-    reports = _reports(outcome, good)
+    reports = _plate_reports(outcome, good)
     notes = tuple(f"plate {label}: {fault}" for label, fault in outcome.faults.items())
     if not good:
         if outcome.duplicated:
@@ -289,7 +289,7 @@ def _world_frame(
     return Similarity(scale, rotation, -scale * rotation @ origin), notes
 
 
-def _reports(outcome: _Outcome, good: Sequence[PlateFit]) -> tuple[PlateReport, ...]:
+def _plate_reports(outcome: _Outcome, good: Sequence[PlateFit]) -> tuple[PlateReport, ...]:
     """Return a report of each plate, fitted or not."""
     used = {fit.plate.label for fit in good}
     fitted = {fit.plate.label: fit for fit in outcome.fits}

@@ -206,14 +206,14 @@ def triangulate(
     if len(views) < 2:
         return None
     origins = np.array([view.centre for view in views])
-    directions = np.array([_ray(view, xy) for view, xy in zip(views, pixels, strict=True)])
+    directions = np.array([_pixel_ray(view, xy) for view, xy in zip(views, pixels, strict=True)])
     best: tuple[int, float, NDArray[np.bool_], Floats] | None = None
     pairs = list(combinations(range(len(views)), 2))
     for a, b in pairs[:: 1 + len(pairs) // _MAX_PAIRS]:
         if abs(directions[a] @ directions[b]) > np.cos(np.radians(_MIN_ANGLE_DEG)):
             continue
         point = _nearest_to_rays(origins[[a, b]], directions[[a, b]])
-        errors = _errors(views, pixels, point)
+        errors = _reprojection_errors(views, pixels, point)
         inliers = errors <= tolerance_px
         score = (int(inliers.sum()), -float(np.minimum(errors, tolerance_px).sum()))
         if inliers.sum() >= 2 and (best is None or score > best[:2]):
@@ -223,16 +223,16 @@ def triangulate(
     inliers, point = best[2], best[3]
     for _ in range(2):
         chosen = [view for view, good in zip(views, inliers, strict=True) if good]
-        point = _refine(chosen, pixels[inliers], point)
-        refined = _errors(views, pixels, point) <= tolerance_px
+        point = _refine_point(chosen, pixels[inliers], point)
+        refined = _reprojection_errors(views, pixels, point) <= tolerance_px
         if refined.sum() < 2:
             break
         inliers = refined
-    errors = _errors(views, pixels, point)[inliers]
+    errors = _reprojection_errors(views, pixels, point)[inliers]
     return Triangulated(point, inliers, float(np.sqrt(np.mean(errors**2))))
 
 
-def _ray(view: View, pixel: Floats) -> Floats:
+def _pixel_ray(view: View, pixel: Floats) -> Floats:
     """Return the unit direction of a pixel's ray in the world frame."""
     uv = undistort(view.camera, pixel[None])[0]
     ray = view.cam_from_world[:, :3].T @ np.array([*uv, 1.0])
@@ -246,13 +246,13 @@ def _nearest_to_rays(origins: Floats, directions: Floats) -> Floats:
     return np.linalg.solve(projectors.sum(axis=0), right)
 
 
-def _errors(views: Sequence[View], pixels: Floats, point: Floats) -> Floats:
+def _reprojection_errors(views: Sequence[View], pixels: Floats, point: Floats) -> Floats:
     """Return the reprojection errors (n,) in pixels, inf behind a camera."""
     seen = np.array([view.project(point) for view in views])
     return np.nan_to_num(np.linalg.norm(seen - pixels, axis=1), nan=np.inf)
 
 
-def _refine(views: Sequence[View], pixels: Floats, point: Floats) -> Floats:
+def _refine_point(views: Sequence[View], pixels: Floats, point: Floats) -> Floats:
     """Minimise the reprojection error by Gauss-Newton with numeric derivatives."""
     for _ in range(5):
         depth = min(float(view.to_camera(point)[2]) for view in views)

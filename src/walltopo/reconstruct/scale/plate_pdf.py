@@ -65,11 +65,11 @@ def draw_plate(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
     shapes: list[Shape] = []
     for marker in plate.ids:
         x, y, _ = plate.corners(marker)[3]  # bottom left
-        shapes += _marker(plate, marker, middle[0] + x, middle[1] + y)
-    return [*shapes, *_labels(plate, paper)]
+        shapes += _marker_shapes(plate, marker, middle[0] + x, middle[1] + y)
+    return [*shapes, *_draw_labels(plate, paper)]
 
 
-def _marker(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle]:
+def _marker_shapes(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle]:
     """Yield a black square with its white cells, each as part of a row and of a column.
 
     Cells are merged into runs in both directions, because viewers show hairlines between adjacent
@@ -78,15 +78,15 @@ def _marker(plate: Plate, marker: int, x: float, y: float) -> Iterable[Rectangle
     white = marker_cells(plate.dictionary, marker)
     cell = plate.marker / len(white)
     yield Rectangle(x, y, plate.marker, plate.marker, 0.0)
-    for row, first, count in _runs(white):
+    for row, first, count in _set_runs(white):
         top = len(white) - 1 - row
         yield Rectangle(x + first * cell, y + top * cell, count * cell, cell, 1.0)
-    for column, first, count in _runs(white.T):
+    for column, first, count in _set_runs(white.T):
         low = len(white) - first - count
         yield Rectangle(x + column * cell, y + low * cell, cell, count * cell, 1.0)
 
 
-def _runs(cells: NDArray[np.bool_]) -> Iterable[tuple[int, int, int]]:
+def _set_runs(cells: NDArray[np.bool_]) -> Iterable[tuple[int, int, int]]:
     """Yield (row, first, count) of each run of set cells."""
     for row, line in enumerate(cells):
         edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
@@ -94,7 +94,7 @@ def _runs(cells: NDArray[np.bool_]) -> Iterable[tuple[int, int, int]]:
             yield row, first, after - first
 
 
-def _labels(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
+def _draw_labels(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
     """Draw the middle column, clear of the white margins that the markers need."""
     cell = plate.marker / 6
     inner = plate.size[0] - 2 * (plate.margin + plate.marker + cell)
@@ -120,10 +120,12 @@ def _labels(plate: Plate, paper: tuple[float, float]) -> list[Shape]:
         Text(x, top - plate.margin - (k + 1.2) * 1.5 * size, size, text)
         for k, text in enumerate(lines)
     ]
-    return shapes + _ruler((paper[0] - ruler) / 2, paper[1] / 2 - plate.size[1] * 0.36, ruler, size)
+    return shapes + _draw_ruler(
+        (paper[0] - ruler) / 2, paper[1] / 2 - plate.size[1] * 0.36, ruler, size
+    )
 
 
-def _ruler(x: float, y: float, length: float, size: float) -> list[Shape]:
+def _draw_ruler(x: float, y: float, length: float, size: float) -> list[Shape]:
     """Draw a ruler with millimetre marks and its length as text."""
     shapes: list[Shape] = [Rectangle(x, y, length, _THIN, 0.0)]
     for millimetre in range(round(1000 * length) + 1):
@@ -153,10 +155,10 @@ def draw_stickers(codes: Sequence[int], paper: tuple[float, float]) -> list[list
     columns, rows = int(paper[0] / side), int((paper[1] - 2 * _TEXT) / side)
     sheets = [codes[k : k + columns * rows] for k in range(0, len(codes), columns * rows)]
     left, bottom = (paper[0] - columns * side) / 2, (paper[1] - rows * side - 2 * _TEXT) / 2
-    return [_sheet(sheet, (left, bottom), (columns, rows), side) for sheet in sheets]
+    return [_draw_sticker_sheet(sheet, (left, bottom), (columns, rows), side) for sheet in sheets]
 
 
-def _sheet(
+def _draw_sticker_sheet(
     codes: Sequence[int], start: tuple[float, float], counts: tuple[int, int], side: float
 ) -> list[Shape]:
     """Draw one sheet of stickers from the top left; `start` is its bottom left corner, metres."""
@@ -173,7 +175,7 @@ def _sheet(
     for place, code in enumerate(codes):
         x, y = start[0] + place % columns * side, top - (place // columns + 1) * side
         plate = sticker(code)
-        shapes += _marker(plate, code, x + plate.margin, y + plate.margin)
+        shapes += _marker_shapes(plate, code, x + plate.margin, y + plate.margin)
         shapes.append(
             Text(x + plate.margin, y + 0.0025, 0.0025, f"{code}   {_mm(plate.marker)} mm")
         )

@@ -90,11 +90,11 @@ def align_to_reference(
     job = _update_job(folder, photos, reference, settings, context.cache)
     both = {_NEW: folder, _REFERENCE: PhotoSet(reference.scan.photos)}
     job = replace(job, masks=write_masks(both, context.scratch / "masks"))
-    align = _constrained if settings.align == "constrained" else _rigid
+    align = _map_into_reference if settings.align == "constrained" else _fit_to_reference
 
     def map_job(job: ColmapJob) -> tuple[_Update | None, dict[str, Floats]]:
         update = align(photos, reference, job, context)
-        return update, _registered(update)
+        return update, _registered_centres(update)
 
     names = [f"{_NEW}/{photo.name}" for photo in photos]
 
@@ -151,7 +151,7 @@ class _Update:
     shared_points: int
 
 
-def _registered(update: _Update | None) -> dict[str, Floats]:
+def _registered_centres(update: _Update | None) -> dict[str, Floats]:
     """Return the camera centres of an update, keyed by the image names of the job."""
     if update is None:
         return {}
@@ -251,7 +251,7 @@ def _output(context: Context) -> str:
     return str(context.cache / "mapping")
 
 
-def _constrained(
+def _map_into_reference(
     photos: Sequence[Photo], reference: _Reference, job: ColmapJob, context: Context
 ) -> _Update | None:
     """Map new cameras into the fixed reference; return None if no camera could be registered."""
@@ -303,7 +303,7 @@ def _reference_for_mapper(reference: _Reference, job: ColmapJob) -> Any:
     return rebuild(reference.model, kept, cameras)
 
 
-def _rigid(
+def _fit_to_reference(
     photos: Sequence[Photo], reference: _Reference, job: ColmapJob, context: Context
 ) -> _Update | None:
     """Map the new photos alone, then fit one similarity through the points that both models share.

@@ -70,7 +70,7 @@ def posed_cameras(
             groups.append([])
         groups[number].append(view.camera)
         of_photo[name] = number
-    entries = [_entry(group) for group in groups]
+    entries = [_median_camera(group) for group in groups]
     sizes = {(entry.width, entry.height): k for k, entry in reversed(list(enumerate(entries)))}
     others, indices = camera_entries(photos)
     result = []
@@ -94,7 +94,7 @@ def _is_same(a: Camera, b: Camera) -> bool:
     )
 
 
-def _entry(group: Sequence[Camera]) -> CameraEntry:
+def _median_camera(group: Sequence[Camera]) -> CameraEntry:
     """Return the camera of a group: the median of its parameters."""
     first = group[0]
     params = np.median([camera.params for camera in group], axis=0)
@@ -166,7 +166,7 @@ def into_frame_of_poses(model: Any, given: GivenPoses, views: Mapping[str, View]
     centres = np.array([views[name].centre for name in names])
     moved = np.array([found[name].projection_center() for name in names])
     away = np.linalg.norm(moved - centres, axis=1)
-    turned = _degrees(source, target, fit)
+    turned = _turn_degrees(source, target, fit)
     result = PosesFit(
         app=given.app,
         path=given.path,
@@ -182,7 +182,7 @@ def into_frame_of_poses(model: Any, given: GivenPoses, views: Mapping[str, View]
     return _with_notes(result, names[int(away.argmax())])
 
 
-def _degrees(source: Floats, target: Floats, fit: Similarity) -> Floats:
+def _turn_degrees(source: Floats, target: Floats, fit: Similarity) -> Floats:
     """Return (n,) by how much each camera is turned against the given one, degrees."""
     both = target[:, :, :3] @ (fit.rotation @ np.swapaxes(source[:, :, :3], 1, 2))
     cosine = np.clip((np.trace(both, axis1=1, axis2=2) - 1) / 2, -1, 1)

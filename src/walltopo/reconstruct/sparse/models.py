@@ -34,17 +34,17 @@ def join_models(
     order = sorted(models, key=lambda key: (-models[key].num_reg_images(), key))
     largest = models[order[0]]
     for key in order[1:]:
-        joined = _merge(largest, models[key])
+        joined = _merge_models(largest, models[key])
         if joined is None:
             continue
         output.mkdir(parents=True, exist_ok=True)
-        result = _triangulate(joined, database, photos, output, options)
+        result = _triangulate_points(joined, database, photos, output, options)
         if _sees_points(result, joined.num_reg_images()):
             largest = result
     return None if largest is models[order[0]] else largest
 
 
-def _merge(largest: Any, other: Any) -> Any | None:
+def _merge_models(largest: Any, other: Any) -> Any | None:
     """Return the cameras of both models in the first first's frame; None if they do not fit or add
     none."""
     from walltopo.geometry.colmap import pycolmap
@@ -80,7 +80,9 @@ def copy_image(result: Any, image: Any) -> None:
     result.add_image_with_trivial_frame(copy, image.cam_from_world())
 
 
-def _triangulate(model: Any, database: Path, photos: Path, output: Path, options: Any) -> Any:
+def _triangulate_points(
+    model: Any, database: Path, photos: Path, output: Path, options: Any
+) -> Any:
     """Triangulate the points of a model from the matches of the database."""
     from walltopo.geometry.colmap import pycolmap
 

@@ -115,7 +115,7 @@ def vlad_vectors(
     rows = np.zeros((len(ids), words.size), np.float32)
     for place, number in enumerate(ids):
         rng = np.random.default_rng([seed, number])
-        rows[place] = _vlad_vector(_sample(descriptors(number), _PER_PHOTO, rng), words)
+        rows[place] = _vlad_vector(_random_rows(descriptors(number), _PER_PHOTO, rng), words)
     return rows
 
 
@@ -127,7 +127,7 @@ def _visual_words(
 
     rng = np.random.default_rng(seed)
     share = max(1, _SAMPLE // max(1, len(ids)))
-    sample = np.concatenate([_sample(descriptors(number), share, rng) for number in ids])
+    sample = np.concatenate([_random_rows(descriptors(number), share, rng) for number in ids])
     count = min(_WORDS, max(1, len(sample) // 8))
     cv2.setRNGSeed(seed)
     stop = (cv2.TERM_CRITERIA_MAX_ITER + cv2.TERM_CRITERIA_EPS, 12, 1e-3)
@@ -150,7 +150,7 @@ def _vlad_vector(rows: NDArray[np.uint8], words: Floats) -> Floats:
     return np.asarray(away.ravel() / max(float(np.linalg.norm(away)), 1e-6), np.float32)
 
 
-def _sample(rows: NDArray[Any], count: int, rng: np.random.Generator) -> NDArray[Any]:
+def _random_rows(rows: NDArray[Any], count: int, rng: np.random.Generator) -> NDArray[Any]:
     """Return at most `count` rows, chosen at random."""
     if len(rows) <= count:
         return rows

@@ -86,7 +86,7 @@ def start_from_poses(
     longest = max(max(camera.width, camera.height) for camera in model.cameras.values())
     event(step="poses", total=len(_ROUNDS))
     for limit in _ROUNDS:
-        model = _triangulate(model, database, job, task, options, limit * longest / 1000)
+        model = _triangulate_posed(model, database, job, task, options, limit * longest / 1000)
         explained = _explained_share(model, database)
         _drop_unseen(model)
         if model.num_reg_images() < 2:
@@ -101,7 +101,7 @@ def start_from_poses(
     return {0: model}
 
 
-def _triangulate(
+def _triangulate_posed(
     model: Any, database: Path, job: ColmapJob, task: MapTask, options: Any, limit: float
 ) -> Any:
     """Return the model with points of at most `limit` px error, triangulated in its poses."""

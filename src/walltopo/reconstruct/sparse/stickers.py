@@ -71,11 +71,11 @@ def sticker_points(grey: NDArray[np.uint8], photo: str) -> dict[int, Floats]:
     for detection in detect_stickers(grey, photo):
         if detection.marker in points:
             twice.add(detection.marker)
-        points[detection.marker] = _grid(detection.corners)
+        points[detection.marker] = _sticker_grid(detection.corners)
     return {marker: points[marker] for marker in sorted(points.keys() - twice)}
 
 
-def _grid(corners: NDArray[np.float64]) -> Floats:
+def _sticker_grid(corners: NDArray[np.float64]) -> Floats:
     """Return the grid (9, 2) of a sticker by the homography of its corners (4, 2)."""
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
     homography = cv2.getPerspectiveTransform(square, corners.astype(np.float32))

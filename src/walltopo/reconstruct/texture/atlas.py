@@ -91,9 +91,9 @@ def make_texture(
     flat = (label < 0) & ~blank | tiny
     continued = np.where(blank & ~tiny, chart, -1).astype(np.int32)
     pixels += plane_positions(mesh, continued, _pixels_per_unit(mesh, pixels))
-    texels, charts, scale = _layout(pixels, chart, flat, settings)
+    texels, charts, scale = _pack_charts(pixels, chart, flat, settings)
     progress.step("levelling colours", len(views))
-    node, vertex = _nodes(mesh.faces, chart, label)
+    node, vertex = _corner_nodes(mesh.faces, chart, label)
     del chart
     colour = _node_colours(views, load, painted_from, pixels, node, len(vertex), gains, progress)
     shift = np.zeros_like(colour)
@@ -116,13 +116,13 @@ def make_texture(
     del pixels, node, correction
     if flat.any():
         known = spread_colours(mesh.faces, len(mesh.vertices), vertex, colour + shift)
-        paint_colours(np.flatnonzero(flat), texels, _tint(mesh, flat, known), atlas, painted)
+        paint_colours(np.flatnonzero(flat), texels, _corner_tint(mesh, flat, known), atlas, painted)
     continue_colours(mesh, continued, texels, atlas, painted)
     texels /= np.float32(settings.size)
     return Texture(fill_gaps(atlas, painted > 0), texels, label, charts, scale)
 
 
-def _tint(mesh: Mesh, flat: NDArray[np.bool_], known: Floats) -> NDArray[np.float32]:
+def _corner_tint(mesh: Mesh, flat: NDArray[np.bool_], known: Floats) -> NDArray[np.float32]:
     """Return the mean colour of the corners of each flat face."""
     return np.clip(known[mesh.faces[flat]].mean(axis=1), 0, 255).astype(np.float32)
 
@@ -188,7 +188,7 @@ def _pixels_per_unit(mesh: Mesh, pixels: NDArray[np.float32]) -> float:
     return float(np.sqrt(np.median(pixel_area[is_seen] / mesh.areas[is_seen])))
 
 
-def _layout(
+def _pack_charts(
     pixels: NDArray[np.float32],
     chart: NDArray[np.int32],
     flat: NDArray[np.bool_],
@@ -218,7 +218,7 @@ def _layout(
     return texels, count, scale
 
 
-def _nodes(
+def _corner_nodes(
     faces: NDArray[np.int32], chart: NDArray[np.int32], label: NDArray[np.int16]
 ) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
     """Return the (F, 3) node of each corner (-1 if unseen) and the (N,) vertex of each node.

@@ -131,7 +131,7 @@ def find_candidates(
     normals = _smooth_normals(Mesh(mesh.vertices, mesh.faces))
 
     def drawn(item: View) -> _VisibleFaces | None:
-        return _draw(mesh, normals, item, load, hidden)
+        return _draw_view(mesh, normals, item, load, hidden)
 
     for index, faces_seen in enumerate(map_ahead(drawn, views)):
         if faces_seen is not None:
@@ -163,7 +163,7 @@ class _VisibleFaces(NamedTuple):
     blurred: Image
 
 
-def _draw(
+def _draw_view(
     mesh: Mesh,
     normals: Floats,
     item: View,
@@ -174,7 +174,7 @@ def _draw(
     which = faces_in_view(mesh, item.camera, item.cam_from_world)
     vertices, near = submesh(mesh, which)
     local = item.to_camera(vertices)
-    framed = _framed(local, item)
+    framed = _may_be_in_photo(local, item)
     inside = framed[near].any(axis=1)
     which, near = which[inside], near[inside]
     if len(which) == 0:
@@ -215,7 +215,7 @@ def _smooth_normals(mesh: Mesh) -> Floats:
     return normals
 
 
-def _framed(local: Floats, view: View) -> NDArray[np.bool_]:
+def _may_be_in_photo(local: Floats, view: View) -> NDArray[np.bool_]:
     """Return (V,) whether points of the camera frame may lie in the photo: a slightly wide cone."""
     camera = view.camera
     corner = np.array(

@@ -134,7 +134,7 @@ def openmvs_texture(
     seen = _double_area(uv * _size_of(image)) > _MIN_DOUBLE_AREA
     if not seen.any():
         raise StageError("TextureMesh saw no triangle", "Use texture.backend = embedded.")
-    image = fill_gaps(image, _painted(image, uv[seen]))
+    image = fill_gaps(image, _painted_pixels(image, uv[seen]))
     return _reduce_to(image, settings.size), _with_unseen(mesh, uv, seen), seen
 
 
@@ -149,7 +149,7 @@ def _double_area(texels: Corners) -> NDArray[np.float32]:
     return np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
 
 
-def _painted(image: Image, uv: Corners) -> NDArray[np.bool_]:
+def _painted_pixels(image: Image, uv: Corners) -> NDArray[np.bool_]:
     """Return (H, W), whether a triangle covers a pixel; the rest has one colour of TextureMesh."""
     result = np.zeros(image.shape[:2], dtype=np.uint8)
     texels = np.rint(uv * _size_of(image) - 0.5).astype(np.int32)

@@ -43,7 +43,7 @@ def plane_positions(mesh: Mesh, chart: NDArray[np.int32], pixels_per_unit: float
     result = np.zeros((len(mesh.faces), 3, 2), dtype=np.float32)
     own = np.flatnonzero(chart >= 0)
     part = Mesh(mesh.vertices, mesh.faces[own])
-    for faces in _members(chart[own]):
+    for faces in _faces_by_chart(chart[own]):
         normal = part.areas[faces] @ part.normals[faces]
         # The last two right singular vectors of a normal span its plane.
         axes = np.linalg.svd(normal[None])[2][1:]
@@ -62,22 +62,22 @@ def continue_colours(
     texels : (F, 3, 2) corners of all faces in the atlas.
     atlas, painted : (S, S, 3) and (S, S).
     """
-    near = _near(mesh, chart >= 0)
-    incidence = _incidence(mesh.faces[near], len(mesh.vertices))
+    near = _faces_near(mesh, chart >= 0)
+    incidence = _incidence_matrix(mesh.faces[near], len(mesh.vertices))
     incidence_t = incidence.T.tocsr()
     source = atlas.copy()
-    for faces in _members(chart):
-        ring = near[_ring(incidence, incidence_t, np.searchsorted(near, faces))]
+    for faces in _faces_by_chart(chart):
+        ring = near[_faces_in_rings(incidence, incidence_t, np.searchsorted(near, faces))]
         ring = ring[chart[ring] < 0]
         low = np.floor(texels[faces].min(axis=(0, 1))) - _MARGIN
         width, height = (np.ceil(texels[faces].max(axis=(0, 1))) + _MARGIN - low).astype(int)
         place = np.zeros((len(faces) + len(ring), 3, 2), dtype=np.float32)
         place[: len(faces)] = texels[faces] - low
-        place[len(faces) :] = _projected(mesh, faces, place[: len(faces)], ring)
+        place[len(faces) :] = _project_to_chart(mesh, faces, place[: len(faces)], ring)
         canvas = np.zeros((height, width, 3), dtype=np.uint8)
         known = np.zeros((height, width), dtype=np.uint8)
         own, ring_rows = np.arange(len(faces)), np.arange(len(faces), len(place))
-        _copy(
+        _copy_triangles(
             source, np.concatenate([texels[faces], texels[ring]]), ring_rows, place, canvas, known
         )
         for triangle in np.rint(place[own] - 0.5).astype(np.int32):
@@ -90,24 +90,24 @@ def continue_colours(
         filled = np.asarray(
             cv2.inpaint(canvas, 1 - known, _INPAINT_RADIUS, cv2.INPAINT_TELEA), np.uint8
         )
-        _copy(filled, place, own, texels[faces], atlas, painted)
+        _copy_triangles(filled, place, own, texels[faces], atlas, painted)
 
 
-def _members(chart: NDArray[np.int32]) -> list[Ints]:
+def _faces_by_chart(chart: NDArray[np.int32]) -> list[Ints]:
     """Return the faces of each chart."""
     own = np.flatnonzero(chart >= 0)
     own = own[np.argsort(chart[own], kind="stable")]
     return np.split(own, np.flatnonzero(np.diff(chart[own])) + 1) if len(own) else []
 
 
-def _near(mesh: Mesh, chosen: NDArray[np.bool_]) -> Ints:
-    """Return the chosen faces and those within the vertex rings of `_ring` around them."""
+def _faces_near(mesh: Mesh, chosen: NDArray[np.bool_]) -> Ints:
+    """Return the chosen faces and those within the vertex rings around them."""
     for _ in range(_RINGS):
         chosen = faces_touching(mesh, chosen)
     return np.flatnonzero(chosen)
 
 
-def _incidence(faces: NDArray[np.int32], vertices: int) -> Any:
+def _incidence_matrix(faces: NDArray[np.int32], vertices: int) -> Any:
     """Return the sparse (F, vertices) incidence matrix of faces and vertices."""
     from scipy.sparse import csr_matrix
 
@@ -116,12 +116,12 @@ def _incidence(faces: NDArray[np.int32], vertices: int) -> Any:
     return csr_matrix((ones, faces.ravel(), starts), shape=(len(faces), vertices))
 
 
-def _ring(incidence: Any, incidence_t: Any, faces: Ints) -> Ints:
+def _faces_in_rings(incidence: Any, incidence_t: Any, faces: Ints) -> Ints:
     """Return the faces within some vertex rings around the given faces, including these.
 
     Parameters
     ----------
-    incidence, incidence_t : result of `_incidence`, and its transpose.
+    incidence, incidence_t : result of `_incidence_matrix`, and its transpose.
     """
     found = faces
     for _ in range(_RINGS):
@@ -130,7 +130,7 @@ def _ring(incidence: Any, incidence_t: Any, faces: Ints) -> Ints:
     return found
 
 
-def _projected(mesh: Mesh, faces: Ints, place: Single, others: Ints) -> Single:
+def _project_to_chart(mesh: Mesh, faces: Ints, place: Single, others: Ints) -> Single:
     """Map other faces into a chart's plane by extending the chart's linear map; return (n, 3,
     2)."""
     points = mesh.vertices[mesh.faces[faces]].reshape(-1, 3)
@@ -142,7 +142,7 @@ def _projected(mesh: Mesh, faces: Ints, place: Single, others: Ints) -> Single:
     return np.asarray(corners @ linear + centre, dtype=np.float32)
 
 
-def _copy(
+def _copy_triangles(
     photo: Image,
     pixels: Single,
     which: Ints,

@@ -67,7 +67,7 @@ def _union(a: Mask, b: Mask) -> Mask:
     return replace(a, bitmap=bitmap, x=x0, y=y0, score=max(a.score, b.score))
 
 
-def _window(mask: Mask, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.bool_]:
+def _mask_window(mask: Mask, x0: int, y0: int, x1: int, y1: int) -> NDArray[np.bool_]:
     """Return the mask within a rectangle of the photo, as a bitmap of the rectangle's size."""
     out = np.zeros((max(0, y1 - y0), max(0, x1 - x0)), np.bool_)
     h, w = mask.bitmap.shape
@@ -102,7 +102,7 @@ def _same_object(
             [np.maximum(box_b[:2], strip[:2]), np.minimum(box_b[2:], strip[2:])]
         )
         return bool(box_iou(clip_a[None], clip_b[None])[0, 0] > _SAME)
-    in_a, in_b = _window(a, x0, y0, x1, y1), _window(b, x0, y0, x1, y1)
+    in_a, in_b = _mask_window(a, x0, y0, x1, y1), _mask_window(b, x0, y0, x1, y1)
     smaller = min(np.count_nonzero(in_a), np.count_nonzero(in_b))
     return bool(smaller > 0 and np.count_nonzero(in_a & in_b) > _SAME * smaller)
 
@@ -240,7 +240,7 @@ def mirrored(found: PhotoDetections) -> PhotoDetections:
     return replace(found, boxes=boxes, masks=masks)
 
 
-def _groups(
+def _group_boxes(
     passes: Sequence[PhotoDetections], boxes: NDArray[np.float64]
 ) -> list[NDArray[np.int64]]:
     """Return, per object, its positions in `boxes` (all passes in turn), highest score first."""
@@ -280,7 +280,7 @@ def fuse(passes: Sequence[PhotoDetections]) -> PhotoDetections:
     scores = np.concatenate([found.scores for found in passes])
     labels = np.concatenate([found.labels for found in passes])
     masks = [mask for found in passes for mask in found.masks]
-    groups = _groups(passes, boxes)
+    groups = _group_boxes(passes, boxes)
     fused = np.array([scores[group].sum() / len(passes) for group in groups])
     order = np.argsort(-fused, kind="stable")
     means = [np.average(boxes[groups[k]], axis=0, weights=scores[groups[k]]) for k in order]

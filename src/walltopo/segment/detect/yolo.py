@@ -39,7 +39,7 @@ def _corners(xywh: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([xywh[:, :2] - half, xywh[:, :2] + half], axis=1)
 
 
-def _split(
+def _split_output(
     output: Floats, classes: int, coefficients: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], Floats]:
     """Return corners (n, 4), scores, labels (from 1) and mask coefficients (n, K) of one photo."""
@@ -63,7 +63,7 @@ def _split(
     return _corners(columns[:, :4].astype(np.float64)), best, labels + 1, columns[:, 4 + classes :]
 
 
-def _finish(
+def _keep_boxes(
     boxes: NDArray[np.float64],
     scores: NDArray[np.float64],
     labels: NDArray[np.int64],
@@ -139,8 +139,8 @@ def decode_yolo(
     The objects in photo pixels; without prototypes the masks are inscribed ellipses.
     """
     coefficients = 0 if prototypes is None else prototypes.shape[0]
-    boxes, scores, labels, weights = _split(output, classes, coefficients)
-    kept, clipped = _finish(boxes / scale, scores, labels, threshold, overlap, size)
+    boxes, scores, labels, weights = _split_output(output, classes, coefficients)
+    kept, clipped = _keep_boxes(boxes / scale, scores, labels, threshold, overlap, size)
     scores, labels = np.clip(scores[kept], 1e-6, 1.0), labels[kept]
     if prototypes is None:
         masks = box_masks(clipped, scores, labels, size)
@@ -176,7 +176,7 @@ def decode_rtdetr(
     boxes = _corners(output[:, :4].astype(np.float64)) * extent
     labels = output[:, 4:].argmax(axis=1).astype(np.int64)
     scores = output[np.arange(len(output)), 4 + labels].astype(np.float64)
-    kept, clipped = _finish(boxes, scores, labels + 1, threshold, 0.9, size)
+    kept, clipped = _keep_boxes(boxes, scores, labels + 1, threshold, 0.9, size)
     scores, labels = np.clip(scores[kept], 1e-6, 1.0), labels[kept] + 1
     return PhotoDetections(
         size[0], size[1], clipped, scores, labels, box_masks(clipped, scores, labels, size)

@@ -151,7 +151,7 @@ def projection_graph(
     return edges
 
 
-def _clusters(
+def _cluster_projections(
     projections: list[Projection],
     edges: list[tuple[int, int, float]],
     params: LiftParams,
@@ -195,7 +195,7 @@ def lift_reference(
             rank = round(share / TIE), -number
             winner[triangle] = max(winner.get(triangle, rank), rank)
     faces = [[t for t in kept[k] if winner[t][1] == -k] for k in range(len(kept))]
-    return _instances(mesh, projections, clusters, kept, faces, params.confidence)
+    return _number_instances(mesh, projections, clusters, kept, faces, params.confidence)
 
 
 def reference_kept(
@@ -224,11 +224,15 @@ def reference_kept(
         for triangle, d in negative.items():
             uncovered[triangle] += d
     edges = projection_graph(projections, mesh, params.visibility_distance / CELLS)
-    clusters = _clusters(projections, edges, params, partition)
-    return projections, clusters, _merge(projections, clusters, uncovered, params.threshold)
+    clusters = _cluster_projections(projections, edges, params, partition)
+    return (
+        projections,
+        clusters,
+        _merge_clusters(projections, clusters, uncovered, params.threshold),
+    )
 
 
-def _merge(
+def _merge_clusters(
     projections: list[Projection],
     clusters: list[list[int]],
     uncovered: dict[int, float],
@@ -260,7 +264,7 @@ def _merge(
     return kept
 
 
-def _instances(
+def _number_instances(
     mesh: Mesh,
     projections: list[Projection],
     clusters: list[list[int]],

@@ -47,11 +47,11 @@ def with_guesses(found: Instances, mesh: Mesh) -> Instances:
     label[mesh.measured], score[mesh.measured] = found.face_instance, found.face_score
     guessed = np.flatnonzero(~mesh.measured)
     if len(guessed):
-        label[guessed] = _enclosing(label, mesh, guessed)
+        label[guessed] = _enclosing_labels(label, mesh, guessed)
     return Instances(label, score, found.records)
 
 
-def _enclosing(
+def _enclosing_labels(
     label: NDArray[np.int32], mesh: Mesh, guessed: NDArray[np.int64]
 ) -> NDArray[np.int32]:
     """Return the (n,) label around each guessed face's component, 0 if the labels differ."""

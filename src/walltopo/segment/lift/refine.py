@@ -73,7 +73,9 @@ def refine_borders(
         inherited = Instances(
             instances.face_instance[parent], instances.face_score[parent], instances.records
         )
-        instances = _relabel(mesh, views, inherited, cluster, crossed[parent], params, progress)
+        instances = _relabel_pieces(
+            mesh, views, inherited, cluster, crossed[parent], params, progress
+        )
     return mesh, instances
 
 
@@ -103,7 +105,7 @@ def _at_borders(mesh: Mesh, label: Ints) -> Bools:
     return mixed[a] | mixed[b] | mixed[c]
 
 
-def _relabel(
+def _relabel_pieces(
     mesh: Mesh,
     views: Sequence[View],
     inherited: Instances,
@@ -157,12 +159,12 @@ def split_faces(mesh: Mesh, chosen: Bools) -> tuple[Mesh, Rows]:
     if colours is not None:
         mean = (colours[a].astype(np.uint16) + colours[b] + 1) // 2
         colours = np.concatenate([colours, mean.astype(np.uint8)])
-    pieces, parents = _pieces(mesh.faces.astype(np.int64), middle, vertices)
+    pieces, parents = _cut_pieces(mesh.faces.astype(np.int64), middle, vertices)
     order = np.argsort(parents, kind="stable")
     return Mesh(vertices, pieces[order].astype(np.int32), colours), parents[order]
 
 
-def _pieces(faces: Rows, middle: Rows, vertices: NDArray[np.float64]) -> tuple[Rows, Rows]:
+def _cut_pieces(faces: Rows, middle: Rows, vertices: NDArray[np.float64]) -> tuple[Rows, Rows]:
     """Return the pieces of all faces, and the face from which each piece was cut.
 
     Parameters

@@ -31,7 +31,9 @@ MIN_EDGE_IOU = 0.1
 MIN_MATCH_IOU = 0.25
 
 
-def _cluster(pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: LiftParams) -> Ints:
+def _cluster_projections(
+    pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: LiftParams
+) -> Ints:
     """Return the (P,) cluster of each projection, -1 for those that are not usable.
 
     Parameters
@@ -61,7 +63,9 @@ def _cluster(pairs: Covisible, label: Ints, usable: NDArray[np.bool_], params: L
     return cluster.astype(np.int32)
 
 
-def _reassign(evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[np.bool_]) -> Ints:
+def _reassign_projections(
+    evidence: Evidence, claims: Claims, area: Floats, usable: NDArray[np.bool_]
+) -> Ints:
     """Return the cluster that each usable projection fits best, over what its view saw."""
     iou = claims.shared / (area[claims.projection] + claims.seen - claims.shared)
     good = (iou >= MIN_MATCH_IOU) & usable[claims.projection]
@@ -116,12 +120,12 @@ def robust_instances(
     """
     usable = pairs.area > 0
     progress.step("cluster")
-    cluster = _cluster(pairs, evidence.label, usable, params)
+    cluster = _cluster_projections(pairs, evidence.label, usable, params)
     progress.step("vote")
     winner, shares = vote(evidence, cluster, params)
     for _ in range(params.rounds):
         claims = claims_of(evidence, pairs, winner, int(cluster.max(initial=-1)) + 1)
-        cluster = _reassign(evidence, claims, pairs.area, usable)
+        cluster = _reassign_projections(evidence, claims, pairs.area, usable)
         cluster[cluster >= 0] = renumber(cluster[cluster >= 0].astype(np.int64))
         winner, shares = vote(evidence, cluster, params)
     if params.fill_pinholes:

@@ -219,12 +219,12 @@ def tints(
     rows: dict[int, list[Floats]] = {}
     for view in views:
         drawn = np.where(view.face >= 0, ground[np.maximum(view.face, 0)], 0).astype(np.int32)
-        for number, difference in _differences(view.picture, drawn):
+        for number, difference in _colour_differences(view.picture, drawn):
             rows.setdefault(number, []).append(difference)
-    return {number: _combine(np.array(own)) for number, own in rows.items()}
+    return {number: _combine_tints(np.array(own)) for number, own in rows.items()}
 
 
-def _combine(rows: Floats) -> Tint:
+def _combine_tints(rows: Floats) -> Tint:
     """Return the tint from the (n, 3) colour differences of n photos."""
     middle = np.median(rows, axis=0)
     lengths = np.linalg.norm(rows, axis=1)
@@ -232,7 +232,9 @@ def _combine(rows: Floats) -> Tint:
     return Tint(apart, min(1.0, apart / max(float(np.median(lengths)), 1e-6)), len(rows))
 
 
-def _differences(picture: NDArray[np.uint8], drawn: NDArray[np.int32]) -> list[tuple[int, Floats]]:
+def _colour_differences(
+    picture: NDArray[np.uint8], drawn: NDArray[np.int32]
+) -> list[tuple[int, Floats]]:
     """Return each piece's OKLab colour minus that of the wall beside it, under neutral light."""
     found = []
     height, width = drawn.shape

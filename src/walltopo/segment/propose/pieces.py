@@ -168,7 +168,7 @@ def gather_pieces(
     bumps = find_bumps(mesh, ground.neighbours, heights, panels, confident, ground.unit)
     low_score = frozenset(masks_by_id) - frozenset(confident_ids)
     label, new, joined = merge_bumps(label, bumps, mesh.areas, low_score)
-    relief = _reliefs(ground, label, confident_ids)
+    relief = _piece_reliefs(ground, label, confident_ids)
     out = stands_out(heights, panels, ground.unit)
     wall = (label == 0) & (heights.panel != NO_PANEL) & ~out
     tint = tints(views, label, wall)
@@ -183,7 +183,7 @@ def gather_pieces(
     )
 
 
-def _reliefs(ground: Ground, label: Labels, confident: Sequence[int]) -> dict[int, Relief]:
+def _piece_reliefs(ground: Ground, label: Labels, confident: Sequence[int]) -> dict[int, Relief]:
     """Return the relief of each piece, by ascending id; `confident` are ids of instances."""
     around = Surroundings(ground.mesh, ground.heights, ground.panels, label, ground.unit)
     rows = dict(triangles_of(label, np.unique(label[label > 0]).tolist()))
@@ -218,12 +218,12 @@ def stands_out(
     heights: Heights, panels: Sequence[Panel], unit: float, low: float = LOW
 ) -> NDArray[np.bool_]:
     """Return (F,) whether a triangle is more than `low` metres over its panel, above its noise."""
-    begins = np.maximum(low * unit, LOW_NOISE * _noise(heights, panels))
+    begins = np.maximum(low * unit, LOW_NOISE * _face_noise(heights, panels))
     with np.errstate(invalid="ignore"):
         return np.asarray((heights.panel != NO_PANEL) & (heights.height > begins))
 
 
-def _noise(heights: Heights, panels: Sequence[Panel]) -> Floats:
+def _face_noise(heights: Heights, panels: Sequence[Panel]) -> Floats:
     """Return (F,) the noise of the panel under each triangle; inf without a panel."""
     return np.array([panel.noise for panel in panels] + [np.inf])[heights.panel]
 
@@ -246,7 +246,7 @@ def find_bumps(
     unit : mesh units per metre.
     """
     out = stands_out(heights, panels, unit)
-    top = np.maximum(HIGH * unit, HIGH_NOISE * _noise(heights, panels))
+    top = np.maximum(HIGH * unit, HIGH_NOISE * _face_noise(heights, panels))
     held = np.flatnonzero(confident)
     size = np.bincount(confident, mesh.areas)
     beside = cKDTree(mesh.centroids[held]) if len(held) else None

@@ -81,15 +81,15 @@ def _with_bumps(
     lifted_masks = masks_of(records.instances, detections)
     lifted_masks |= dict.fromkeys(solid, Masks(support=1.0))
     pieces = gather_pieces(ground, measured, lifted_masks, settings.sure, rendered)
-    evidence = _evidence(pieces) | solid
+    evidence = _hold_probabilities(pieces) | solid
     kept = {
         number
         for number in pieces.ids
         if number not in pieces.new or evidence[number] >= settings.listed
     }
-    rows = _records(pieces, records, evidence, kept)
+    rows = _make_records(pieces, records, evidence, kept)
     return (
-        _table(whole, pieces, table, evidence, kept),
+        _label_mesh(whole, pieces, table, evidence, kept),
         changed(records, instances=tuple(rows)),
         {
             "instances": len(rows),
@@ -99,7 +99,7 @@ def _with_bumps(
     )
 
 
-def _evidence(pieces: Pieces) -> dict[int, float]:
+def _hold_probabilities(pieces: Pieces) -> dict[int, float]:
     """Return the probability that each piece is a hold."""
     if not pieces.ids:
         return {}
@@ -112,7 +112,7 @@ def _evidence(pieces: Pieces) -> dict[int, float]:
     }
 
 
-def _records(
+def _make_records(
     pieces: Pieces, records: InstanceRecords, evidence: dict[int, float], kept: set[int]
 ) -> list[InstanceRecord]:
     """Return the lift's records with their evidence, and records of the new pieces."""
@@ -134,7 +134,7 @@ def _records(
     return rows
 
 
-def _table(
+def _label_mesh(
     mesh: Mesh,
     pieces: Pieces,
     table: InstanceTable,

@@ -109,12 +109,12 @@ class Surroundings:
             length,
             panel.noise / unit,
             float(areas[on_wall].sum()) / total,
-            _around(mesh.centroids[rows], mesh.centroids[same], panel),
+            _wall_around(mesh.centroids[rows], mesh.centroids[same], panel),
             nearby_holds,
         )
 
 
-def _around(own: Floats, beside: Floats, panel: Panel) -> float:
+def _wall_around(own: Floats, beside: Floats, panel: Panel) -> float:
     """Return the share of the directions around a piece, along its panel, that contain wall."""
     middle = (own.min(axis=0) + own.max(axis=0)) / 2
     right, up = ((beside - middle) @ panel.axes.T).T

@@ -39,7 +39,7 @@ from walltopo_gym.apps.registry import (
 router = APIRouter(tags=["apps"])
 
 
-def _once(addresses: list[str]) -> list[str]:
+def _without_repeats(addresses: list[str]) -> list[str]:
     return list(dict.fromkeys(addresses))
 
 
@@ -60,7 +60,7 @@ class AppIn(Body):
 
     name: Name
     home_page: _HomePage
-    redirects: Annotated[list[_Redirect], AfterValidator(_once)] = Field(
+    redirects: Annotated[list[_Redirect], AfterValidator(_without_repeats)] = Field(
         min_length=1, max_length=10
     )
 

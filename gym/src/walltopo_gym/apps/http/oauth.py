@@ -80,16 +80,16 @@ FormOf = Annotated[_Form, Depends(_read_form)]
 @router.post("/oauth/token")
 def make_tokens(form: FormOf, request: Request, services: ServicesOf) -> JSONResponse:
     """Exchange a code or a refresh token for tokens."""
-    return _answer(request, lambda: _make_tokens(form, request, services))
+    return _run_endpoint(request, lambda: _make_tokens(form, request, services))
 
 
 @router.post("/oauth/revoke")
 def revoke_token(form: FormOf, request: Request, services: ServicesOf) -> JSONResponse:
     """End a token (RFC 7009)."""
-    return _answer(request, lambda: _revoke_token(form, request, services))
+    return _run_endpoint(request, lambda: _revoke_token(form, request, services))
 
 
-def _answer(request: Request, work: Callable[[], dict[str, Any]]) -> JSONResponse:
+def _run_endpoint(request: Request, work: Callable[[], dict[str, Any]]) -> JSONResponse:
     """Return the response of an endpoint, or its refusal as OAuth states it."""
     try:
         return JSONResponse(work(), headers=_UNSTORED)
@@ -106,12 +106,12 @@ def _answer(request: Request, work: Callable[[], dict[str, Any]]) -> JSONRespons
 
 
 def _make_tokens(form: _Form, request: Request, services: Services) -> dict[str, Any]:
-    _check(form, request, services)
+    _check_form(form, request, services)
     kind = form.need("grant_type")
     if kind not in ("authorization_code", "refresh_token"):
         raise OAuthError("unsupported_grant_type", "use authorization_code or refresh_token")
     with services.database.writing() as session:
-        app = _client(session, form, request)
+        app = _identify_client(session, form, request)
         if kind == "authorization_code":
             found = redeem_code(
                 session,
@@ -139,13 +139,13 @@ def _tokens_out(tokens: Tokens) -> dict[str, Any]:
 
 
 def _revoke_token(form: _Form, request: Request, services: Services) -> dict[str, Any]:
-    _check(form, request, services)
+    _check_form(form, request, services)
     with services.database.writing() as session:
-        revoke(session, _client(session, form, request), form.need("token"))
+        revoke(session, _identify_client(session, form, request), form.need("token"))
     return {}
 
 
-def _check(form: _Form, request: Request, services: Services) -> None:
+def _check_form(form: _Form, request: Request, services: Services) -> None:
     """Count the request and refuse a body that is not a plain form."""
     with services.database.writing() as session:
         count_app_token(session, network_of(request))
@@ -155,7 +155,7 @@ def _check(form: _Form, request: Request, services: Services) -> None:
         raise OAuthError("invalid_request", f"{form.parameters.twice[0]} comes twice")
 
 
-def _client(session: Session, form: _Form, request: Request) -> App:
+def _identify_client(session: Session, form: _Form, request: Request) -> App:
     """Return the app that sent a request, by one of `_METHODS`.
 
     Raises
@@ -167,7 +167,7 @@ def _client(session: Session, form: _Form, request: Request) -> App:
     if kind:
         if secret is not None:
             raise OAuthError("invalid_request", "the client secret comes twice")
-        named, secret = _basic(kind, sent)
+        named, secret = _parse_basic_auth(kind, sent)
         if client_id not in ("", named):
             raise OAuthError("invalid_request", "client_id differs from the header")
         client_id = named
@@ -178,7 +178,7 @@ def _client(session: Session, form: _Form, request: Request) -> App:
     return app
 
 
-def _basic(kind: str, sent: str) -> tuple[str, str]:
+def _parse_basic_auth(kind: str, sent: str) -> tuple[str, str]:
     """Return client id and secret of the header `Authorization: Basic` (OAuth 2.1, 2.4.1)."""
     try:
         text = base64.b64decode(sent.strip(), validate=True).decode()

@@ -13,7 +13,6 @@ from sqlalchemy import Select, and_, delete, exists, or_, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Complaint
@@ -107,11 +106,9 @@ def drop_route(route: UUID, session: Db, access: PublisherMay) -> None:
     """Delete a route that was added by hand by mistake, while no climber has used it."""
     row = route_of(session, access.gym.id, route)
     delete_route(session, row)
-    log_change(
+    access.log_change(
         session,
         "route.delete",
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=row.name or row.colour,
         route=str(row.id),
     )
@@ -210,7 +207,7 @@ def report_comment(
     route: UUID, person: UUID, body: Complaint, session: Db, access: MemberMay
 ) -> None:
     """Report a comment to the gym. Repeated reports count once."""
-    found = _comment(session, access, route, person)
+    found = _comment_of(session, access, route, person)
     me = access.actor.known
     count_report(session, me)
     query = select(Report).where(
@@ -259,16 +256,16 @@ def dismiss_report(report: UUID, session: Db, access: SetterMay) -> None:
         raise NotFoundError("not-there-report")
     route_of(session, access.gym.id, row.route_id)
     session.delete(row)
-    _log(session, access, "comment.keep", row.route_id, row.author_id)
+    _log_comment(session, access, "comment.keep", row.route_id, row.author_id)
 
 
 @comments_router.put("/gyms/{gym}/routes/{route}/comments/{person}/hidden", status_code=204)
 def hide_comment(route: UUID, person: UUID, session: Db, access: SetterMay) -> None:
     """Hide a comment from all but its author, and close its reports."""
-    _comment(session, access, route, person)
+    _comment_of(session, access, route, person)
     session.merge(HiddenComment(route_id=route, person_id=person))
     session.execute(delete(Report).where(Report.route_id == route, Report.author_id == person))
-    _log(session, access, "comment.hide", route, person)
+    _log_comment(session, access, "comment.hide", route, person)
 
 
 @comments_router.delete("/gyms/{gym}/routes/{route}/comments/{person}/hidden", status_code=204)
@@ -278,10 +275,10 @@ def show_comment(route: UUID, person: UUID, session: Db, access: SetterMay) -> N
     row = session.get(HiddenComment, (route, person))
     if row is not None:
         session.delete(row)
-        _log(session, access, "comment.show", route, person)
+        _log_comment(session, access, "comment.show", route, person)
 
 
-def _comment(session: Session, access: Access, route: UUID, person: UUID) -> Opinion:
+def _comment_of(session: Session, access: Access, route: UUID, person: UUID) -> Opinion:
     route_of(session, access.gym.id, route)
     row = session.get(Opinion, (route, person))
     if row is None or not row.comment:
@@ -289,12 +286,10 @@ def _comment(session: Session, access: Access, route: UUID, person: UUID) -> Opi
     return row
 
 
-def _log(session: Session, access: Access, action: str, route: UUID, author: UUID) -> None:
-    log_change(
+def _log_comment(session: Session, access: Access, action: str, route: UUID, author: UUID) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(route),
         author=str(author),
     )

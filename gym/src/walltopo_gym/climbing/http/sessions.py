@@ -218,7 +218,7 @@ def read_progress(
     session: Db, access: ReaderMay, discipline: Discipline = Discipline.BOULDER
 ) -> ProgressOut:
     """Return one's own progress in this gym; auto-belays count as top-rope."""
-    return ProgressOut(**_progress(session, access, discipline))
+    return ProgressOut(**_progress_of(session, access, discipline))
 
 
 @progress_router.get("/gyms/{gym}/progress/{part}.csv", response_class=CsvFile)
@@ -230,7 +230,7 @@ def read_progress_table(
     discipline: Discipline = Discipline.BOULDER,
 ) -> CsvFile:
     """Return one part of one's progress as CSV."""
-    parts = _progress(session, access, discipline)
+    parts = _progress_of(session, access, discipline)
     kinds: dict[Part, type[BaseModel]] = {
         "grades": OfGradeOut,
         "months": MonthOut,
@@ -242,6 +242,6 @@ def read_progress_table(
     return CsvFile.of(part, csv_table(list(kinds[part].model_fields), parts[part], dialect))
 
 
-def _progress(session: Session, access: Access, discipline: Discipline) -> dict[str, Any]:
+def _progress_of(session: Session, access: Access, discipline: Discipline) -> dict[str, Any]:
     counted = counted_as(discipline)
     return asdict(progress(session, access.gym, access.actor.known, now(), counted))

@@ -107,12 +107,12 @@ def make_line(raw: RawLine) -> LogLine | Fault:
         number=raw.number,
         venue=raw.venue,
         discipline=raw.discipline,
-        name=_cut(name, MAX_NAME),
-        location=_cut(location, MAX_NAME),
-        grade=_cut(grade, MAX_GRADE),
+        name=_shorten_text(name, MAX_NAME),
+        location=_shorten_text(location, MAX_NAME),
+        grade=_shorten_text(grade, MAX_GRADE),
         kind=raw.kind,
         tries=1 if raw.kind in FIRST_TRIES else _parse_tries(raw.tries),
-        note=_cut(note, MAX_NOTE),
+        note=_shorten_text(note, MAX_NOTE),
         climbed_at=climbed_at,
         key=raw.key or "\n".join(fields),
         is_shortened=long,
@@ -162,7 +162,7 @@ def _printable_note(text: str) -> str:
     return "\n".join(lines).strip()
 
 
-def _cut(text: str, most: int) -> str:
+def _shorten_text(text: str, most: int) -> str:
     return text if len(text) <= most else text[: most - 1] + "…"
 
 

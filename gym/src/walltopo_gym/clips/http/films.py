@@ -11,7 +11,6 @@ from pydantic import BaseModel
 from sqlalchemy import Select, select
 from starlette.responses import StreamingResponse
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_report
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.fields import Body, Complaint
@@ -30,7 +29,7 @@ from walltopo_gym.clips.http.uploads import ClimberMay
 from walltopo_gym.clips.models import Clip, FilmReport
 from walltopo_gym.clips.service import attempt_in, clip_of
 from walltopo_gym.errors import ForbiddenError, NotFoundError
-from walltopo_gym.gyms.access import Access, GuestMay, SetterMay
+from walltopo_gym.gyms.access import GuestMay, SetterMay
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.publishing.models import Route
 from walltopo_gym.publishing.versions import route_of
@@ -124,7 +123,7 @@ def drop_film(clip: UUID, session: Db, access: ClimberMay) -> None:
     if row.person_id != access.actor.known:
         if not access.role.covers(Role.SETTER):
             raise ForbiddenError("not-allowed-role", role=Role.SETTER)
-        _log(session, access, "film.remove", row)
+        access.log_change(session, "film.remove", str(row.id))
     remove_film(session, row)
 
 
@@ -192,8 +191,4 @@ def dismiss_film_report(report: UUID, session: Db, access: SetterMay) -> None:
         raise NotFoundError("not-there-report")
     clip = film_of(session, access.gym.id, row.clip_id, access.actor.known)
     session.delete(row)
-    _log(session, access, "film.keep", clip)
-
-
-def _log(session: Db, access: Access, action: str, clip: Clip) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(clip.id))
+    access.log_change(session, "film.keep", str(clip.id))

@@ -68,7 +68,7 @@ def announce_clip(
         _incoming(services).begin(clip.id, upload_length, others)
     _finish_later(services, access, clip, later)
     response.headers["location"] = f"{request.url.path.partition('/routes/')[0]}/clips/{clip.id}"
-    response.headers["upload-offset"] = str(_offset(services, clip))
+    response.headers["upload-offset"] = str(_received_bytes(services, clip))
 
 
 @router.head("/gyms/{gym}/clips/{clip}")
@@ -84,7 +84,7 @@ def ask_clip_offset(
     """Return the number of stored bytes of one's own clip."""
     row = clip_of(session, access.gym.id, clip, access.actor.known)
     _finish_later(services, access, row, later)
-    response.headers["upload-offset"] = str(_offset(services, row))
+    response.headers["upload-offset"] = str(_received_bytes(services, row))
     response.headers["upload-length"] = str(row.size)
     response.headers["cache-control"] = "no-store"
 
@@ -109,9 +109,9 @@ async def send_clip(
             stream = stack.enter_context(incoming.appending(clip, upload_offset))
             await write_body(request, incoming.check_room, stream, row.size - upload_offset)
             await to_thread.run_sync(stack.pop_all().close)
-    offset = _offset(services, row)
+    offset = _received_bytes(services, row)
     if row.state == ClipState.RECEIVING and offset == row.size:
-        await to_thread.run_sync(_finish, services, access, clip)
+        await to_thread.run_sync(_queue_reading, services, access, clip)
     response.headers["upload-offset"] = str(offset)
 
 
@@ -124,13 +124,13 @@ def _own_clip(services: Services, access: Access, clip: UUID) -> Clip:
         return clip_of(session, access.gym.id, clip, access.actor.known)
 
 
-def _offset(services: Services, clip: Clip) -> int:
+def _received_bytes(services: Services, clip: Clip) -> int:
     if clip.state != ClipState.RECEIVING:
         return clip.size
     return _incoming(services).offset(clip.id)
 
 
-def _finish(services: Services, access: Access, clip: UUID) -> None:
+def _queue_reading(services: Services, access: Access, clip: UUID) -> None:
     incoming = _incoming(services)
     finish_clip(services.database, services.store, incoming, access.gym.id, clip)
 
@@ -141,7 +141,7 @@ def _finish_later(services: Services, access: Access, clip: Clip, later: Backgro
 
     def finish() -> None:
         with suppress(ContentError):  # not what was announced: it is forgotten
-            _finish(services, access, clip.id)
+            _queue_reading(services, access, clip.id)
 
-    if clip.state == ClipState.RECEIVING and _offset(services, clip) == clip.size:
+    if clip.state == ClipState.RECEIVING and _received_bytes(services, clip) == clip.size:
         later.add_task(finish)

@@ -12,7 +12,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db
 from walltopo_gym.competitions.bodies import (
@@ -83,7 +82,7 @@ def list_competitions(session: Db, access: GuestMay) -> list[CompetitionOut]:
     zone = access.gym.time_zone
     return [
         CompetitionOut.model_validate(
-            {**_columns(row), "entries": entries.get(row.id, 0), "time_zone": zone}
+            {**_competition_columns(row), "entries": entries.get(row.id, 0), "time_zone": zone}
         )
         for row in found
     ]
@@ -194,7 +193,7 @@ def _check_dates(row: Competition) -> None:
         raise RequestError("cup-ends-before")
 
 
-def _columns(row: Competition) -> dict[str, object]:
+def _competition_columns(row: Competition) -> dict[str, object]:
     return {column.key: getattr(row, column.key) for column in Competition.__table__.columns}
 
 
@@ -209,7 +208,7 @@ def _sheet(session: Session, access: Access, row: Competition) -> CompetitionShe
     mine = None if me is None else own_entry(session, row, me)
     return CompetitionSheet.model_validate(
         {
-            **_columns(row),
+            **_competition_columns(row),
             "entries": sum(entries.values()),
             "time_zone": access.gym.time_zone,
             "entered": mine is not None and not mine.withdrawn,
@@ -236,7 +235,7 @@ def _rounds(session: Session, row: Competition) -> list[RoundOut]:
         facts = ProblemOut.model_validate(problem, from_attributes=True)
         facts.label = facts.label or str(len(problems[problem.round_id]) + 1)
         problems[problem.round_id].append(facts)
-    waves = _waves(session, row)
+    waves = _waves_by_round(session, row)
     return [
         RoundOut.model_validate(
             {**_fields_of(one), "problems": problems[one.id], "waves": waves[one.id]}
@@ -245,7 +244,7 @@ def _rounds(session: Session, row: Competition) -> list[RoundOut]:
     ]
 
 
-def _waves(session: Session, row: Competition) -> dict[UUID, list[WaveOut]]:
+def _waves_by_round(session: Session, row: Competition) -> dict[UUID, list[WaveOut]]:
     """Return the waves by round."""
     entered = select(Entry.wave_id, func.count()).where(
         Entry.competition_id == row.id, Entry.withdrawn.is_(False)
@@ -266,11 +265,9 @@ def log_competition(
     session: Session, access: Access, action: str, row: Competition, **details: str
 ) -> None:
     """Log a change of a competition; `details`: any facts that are not secret."""
-    log_change(
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=row.name,
         competition=str(row.id),
         **details,

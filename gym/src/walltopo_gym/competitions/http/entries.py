@@ -12,7 +12,6 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import Person
 from walltopo_gym.api.error_responses import FaultOut
 from walltopo_gym.api.fields import Body, LongText, Name, Text
@@ -162,7 +161,7 @@ def make_entry(competition: UUID, body: EntryBody, session: Db, access: SetterMa
     """Add a competitor, with an account or without."""
     row = locked_competition(session, access.gym.id, competition)
     entry = add_entry(session, row, body)
-    _log(session, access, "entry.create", entry)
+    _log_entry(session, access, "entry.create", entry)
     return _entries_out(session, [entry])[0]
 
 
@@ -177,7 +176,7 @@ def change_competitor(
     change_entry(session, row, found, given)
     if "withdrawn" in given:
         found.removed = given["withdrawn"]
-    _log(session, access, "entry.change", found)
+    _log_entry(session, access, "entry.change", found)
     return _entries_out(session, [found])[0]
 
 
@@ -190,11 +189,9 @@ def import_entries(
     entries, known, faults = read_start_list(session, row, body.csv, set(body.others))
     if body.really and not faults and entries:
         take_in(session, row, entries)
-        log_change(
+        access.log_change(
             session,
             "entry.import",
-            person=access.actor.known,
-            gym=access.gym.id,
             subject=row.name,
             entries=len(entries),
         )
@@ -227,7 +224,7 @@ def sign_waiver(
     if not row.waiver:
         raise NotFoundError("cup-no-text")
     accept_text(session, row, found, body.signed_by, access.actor.known, on_paper=True)
-    _log(session, access, "entry.waiver", found)
+    _log_entry(session, access, "entry.waiver", found)
     return _entries_out(session, [found])[0]
 
 
@@ -257,7 +254,7 @@ def enter_competition(
         wave_id=body.wave_id,
     )
     entry = enter_person(session, row, words, me.id, body.waiver)
-    _log(session, access, "entry.enter", entry)
+    _log_entry(session, access, "entry.enter", entry)
     return _own_entry(session, row, entry)
 
 
@@ -270,7 +267,7 @@ def withdraw(competition: UUID, session: Db, access: ClimberMay) -> None:
     if entry is not None and not entry.withdrawn:
         entry.withdrawn = True
         row.revision += 1
-        _log(session, access, "entry.withdraw", entry)
+        _log_entry(session, access, "entry.withdraw", entry)
 
 
 def _given_fields(body: EntryChange) -> dict[str, Any]:
@@ -312,13 +309,11 @@ def _entries_out(session: Session, entries: Any) -> list[EntryOut]:
     ]
 
 
-def _log(session: Session, access: Access, action: str, entry: Entry) -> None:
+def _log_entry(session: Session, access: Access, action: str, entry: Entry) -> None:
     # By number: the log outlives the competitor's account.
-    log_change(
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=f"#{entry.bib}",
         entry=str(entry.id),
     )

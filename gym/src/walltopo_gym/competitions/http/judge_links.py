@@ -204,8 +204,8 @@ def make_judge_link(
         raise NotFoundError("not-there-problem")
     one = round_of(session, row, found.round_id)
     link, secret = make_link(session, one, found, access.actor.known)
-    _log(session, access, "judge-link.create", row, one, found)
-    return NewJudgeLink(id=link.id, link=_address(services, secret))
+    _log_judge_link(session, access, "judge-link.create", row, one, found)
+    return NewJudgeLink(id=link.id, link=_link_address(services, secret))
 
 
 @router.post(
@@ -231,9 +231,9 @@ def make_judge_sheet(
         codes = []
         for problem in session.scalars(problems).all():
             _link, secret = make_link(session, found, problem, access.actor.known)
-            address = _address(services, secret)
+            address = _link_address(services, secret)
             codes.append(_code(session, found, problem, words, address))
-            _log(session, access, "judge-link.create", row, found, problem)
+            _log_judge_link(session, access, "judge-link.create", row, found, problem)
         if not codes:
             raise NotFoundError("judge-sheet-empty")
         names = row.name, found.name
@@ -247,7 +247,7 @@ def make_judge_sheet(
 def revoke_judge_link(competition: UUID, link: UUID, session: Db, access: SetterMay) -> None:
     """Revoke a judge's link at once; repeating it is fine. Scores that came by it stay."""
     row = locked_competition(session, access.gym.id, competition)
-    _revoke(session, access, row, link_of(session, row, link))
+    _revoke_link(session, access, row, link_of(session, row, link))
 
 
 @router.delete("/gyms/{gym}/competitions/{competition}/rounds/{one}/judge-links", status_code=204)
@@ -257,7 +257,7 @@ def revoke_judge_links(competition: UUID, one: UUID, session: Db, access: Setter
     found = round_of(session, row, one)
     for link in links_of(session, row):
         if session.get_one(Problem, link.problem_id).round_id == found.id:
-            _revoke(session, access, row, link)
+            _revoke_link(session, access, row, link)
 
 
 @router.post("/judge-links/open")
@@ -368,11 +368,11 @@ def _set_cookie(response: Response, link: UUID, secret: str) -> None:
     )
 
 
-def _revoke(session: Session, access: Access, row: Competition, link: JudgeLink) -> None:
+def _revoke_link(session: Session, access: Access, row: Competition, link: JudgeLink) -> None:
     if revoke_link(session, link):
         problem = session.get_one(Problem, link.problem_id)
         one = session.get_one(Round, problem.round_id)
-        _log(session, access, "judge-link.revoke", row, one, problem)
+        _log_judge_link(session, access, "judge-link.revoke", row, one, problem)
 
 
 def _pad_mark(mark: ProblemMark) -> PadMark:
@@ -385,7 +385,7 @@ def _pad_event(event: EventOut) -> PadEvent:
     return PadEvent.model_validate(facts | ({} if event.by_link else {"by_name": ""}))
 
 
-def _address(services: ServicesOf, secret: str) -> str:
+def _link_address(services: ServicesOf, secret: str) -> str:
     return f"{services.settings.link_base}/judge#{secret}"
 
 
@@ -402,7 +402,7 @@ def _code(session: Session, one: Round, problem: Problem, words: Words, link: st
     return JudgeCode(title, " · ".join(filter(None, (name, problem.wall))), link)
 
 
-def _log(
+def _log_judge_link(
     session: Session, access: Access, action: str, row: Competition, one: Round, problem: Problem
 ) -> None:
     label = label_of(session, problem)

@@ -5,8 +5,9 @@ routes, competitors with equal high points on a route share the average of their
 the geometric mean of a competitor's ranks is the result. Ties are broken by the rounds before
 (countback, in ranking.py), in a final then by the shorter climbing time.
 
-The rule book (Competition Rules of March 2025) was not at hand. docs/competitions.md names the secondary
-descriptions of 2018 to 2024; the geometric mean follows the authors' knowledge of the rules.
+The rule book (Competition Rules of March 2025) was not at hand. docs/competitions.md names the
+secondary descriptions of 2018 to 2024; the geometric mean follows the authors' knowledge of the
+rules.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def score_lead(
     """
     first = _mean_rank(ranks) if routes > 1 else _high_point(tried)
     score = score_of(sums_of(tried), None, first)
-    return replace(score, zones=0, result=first.shown, tie_breaks=(_time(tried),))
+    return replace(score, zones=0, result=first.shown, tie_breaks=(_climbing_time(tried),))
 
 
 def _high_point(tried: Collection[AttemptedProblem]) -> Criterion:
@@ -81,7 +82,7 @@ def _mean_rank(ranks: Mapping[UUID, Fraction]) -> Criterion:
     return Criterion("mean-rank", 1 / prod(ranks.values(), start=Fraction(1)), f"{mean:.2f}")
 
 
-def _time(tried: Collection[AttemptedProblem]) -> Criterion:
+def _climbing_time(tried: Collection[AttemptedProblem]) -> Criterion:
     """Return the climbing time; a competitor without one ranks after those with one."""
     times = [one.mark.seconds for one in tried]
     known = [time for time in times if time is not None]

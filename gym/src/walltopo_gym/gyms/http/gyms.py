@@ -161,9 +161,7 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymOut:
 def close_gym(session: Db, access: Annotated[Access, gym_rule(Role.OWNER, None)]) -> None:
     """Delete a gym for good, with its walls, scans and routes."""
     session.execute(delete(Gym).where(Gym.id == access.gym.id))
-    log_change(
-        session, "gym.delete", person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
-    )
+    access.log_change(session, "gym.delete", subject=access.gym.slug)
 
 
 @router.get("/gyms/{gym}/audit")
@@ -254,9 +252,7 @@ def make_grade_system(body: NewGradeSystem, session: Db, access: OwnerMay) -> Gr
     _refuse_taken(session, access.gym.id, body.name)
     session.add(row)
     session.flush()
-    log_change(
-        session, "grades.create", person=access.actor.known, gym=access.gym.id, subject=body.name
-    )
+    access.log_change(session, "grades.create", subject=body.name)
     return _system(row)
 
 
@@ -271,9 +267,7 @@ def change_grade_system(
         _refuse_taken(session, access.gym.id, body.name)
     change_labels(session, row, [grade.label for grade in body.grades], body.new_labels())
     row.name, row.kind, row.grades = body.name, body.kind, body.rows()
-    log_change(
-        session, "grades.change", person=access.actor.known, gym=access.gym.id, subject=body.name
-    )
+    access.log_change(session, "grades.change", subject=body.name)
     return _system(row)
 
 
@@ -289,9 +283,7 @@ def drop_grade_system(
     by = None if replacement is None else _system_of(session, access.gym.id, replacement)
     replace_system(session, row, None if by is row else by)
     session.delete(row)
-    log_change(
-        session, "grades.delete", person=access.actor.known, gym=access.gym.id, subject=row.name
-    )
+    access.log_change(session, "grades.delete", subject=row.name)
 
 
 def _system(row: GradeSystem) -> GradeSystemOut:

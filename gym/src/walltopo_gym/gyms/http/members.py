@@ -11,7 +11,6 @@ from pydantic import BaseModel, EmailStr, Field
 from sqlalchemy import delete, select
 
 from walltopo_gym.accounts.access import BrowserMay, SignedInMay
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.limits import count_mail
 from walltopo_gym.accounts.mails import mail_link
 from walltopo_gym.accounts.models import Person
@@ -208,11 +207,9 @@ def drop_invitation(invitation: UUID, session: Db, access: OwnerMay) -> None:
     )
     if session.execute(ended.returning(Invitation.id)).one_or_none() is None:
         raise NotFoundError("not-there-invitation")
-    log_change(
+    access.log_change(
         session,
         "invitation.delete",
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(invitation),
     )
 

@@ -11,7 +11,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy import select
 
 from walltopo_gym.accounts.access import BrowserMay
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Secret
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
@@ -182,7 +181,7 @@ def put_hall(body: HallIn, session: Db, access: OwnerMay) -> HallOut:
     row = session.merge(settings_of(session, access.gym.id))
     row.parts = list(dict.fromkeys(body.parts))
     row.seconds, row.days, row.board = body.seconds, body.days, body.board
-    _log(session, access, "hall.change")
+    access.log_change(session, "hall.change", access.gym.slug)
     return _hall_out(row)
 
 
@@ -190,7 +189,7 @@ def put_hall(body: HallIn, session: Db, access: OwnerMay) -> HallOut:
 def make_hall_key(session: Db, services: ServicesOf, access: OwnerMay) -> HallKey:
     """Create a new link to a private gym's screen; the earlier link is void."""
     secret = new_key(session, access.gym.id)
-    _log(session, access, "hall.key")
+    access.log_change(session, "hall.key", access.gym.slug)
     return HallKey(link=f"{services.settings.link_base}/kiosk/g/{access.gym.slug}#{secret}")
 
 
@@ -198,7 +197,7 @@ def make_hall_key(session: Db, services: ServicesOf, access: OwnerMay) -> HallKe
 def drop_hall_key(session: Db, access: OwnerMay) -> None:
     """Revoke the link; screens that it opened go blank."""
     drop_key(session, access.gym.id)
-    _log(session, access, "hall.no-key")
+    access.log_change(session, "hall.no-key", access.gym.slug)
 
 
 @router.post("/gyms/{gym}/screen/open", status_code=204)
@@ -220,9 +219,3 @@ def open_screen(
 
 def _hall_out(row: HallSettings) -> HallOut:
     return HallOut.model_validate(row, from_attributes=True)
-
-
-def _log(session: Db, access: OwnerMay, action: str) -> None:
-    log_change(
-        session, action, person=access.actor.known, gym=access.gym.id, subject=access.gym.slug
-    )

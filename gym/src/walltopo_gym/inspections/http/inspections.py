@@ -14,7 +14,6 @@ from pydantic import BaseModel, Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.people import names_by_id
 from walltopo_gym.api.fields import Body, LongText
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
@@ -132,8 +131,8 @@ def make_inspection(body: NewInspection, session: Db, access: SetterMay) -> Insp
     gym = access.gym.id
     plan = next(plan for plan in plans_of(session, gym, body.language) if plan.level == body.level)
     row = begin_inspection(session, gym, access.actor.known, plan, body.walls, body.corrects_id)
-    _log(session, access, "inspection.begin", row)
-    return _full(session, row)
+    _log_inspection(session, access, "inspection.begin", row)
+    return _inspection_out(session, row)
 
 
 @router.get("/gyms/{gym}/inspections")
@@ -154,7 +153,7 @@ def list_inspections(
 @router.get("/gyms/{gym}/inspections/{inspection}")
 def read_inspection(inspection: UUID, session: Db, access: InspectorMay) -> InspectionFull:
     """Return an inspection with its entries."""
-    return _full(session, inspection_of(session, access.gym.id, inspection))
+    return _inspection_out(session, inspection_of(session, access.gym.id, inspection))
 
 
 @router.post("/gyms/{gym}/inspections/{inspection}/finish")
@@ -165,8 +164,8 @@ def end_inspection(
     row = inspection_of(session, access.gym.id, inspection, locked=True)
     gym = session.get_one(Gym, access.gym.id)
     finish_inspection(session, gym, row, access.actor.known, body.result, body.remarks)
-    _log(session, access, "inspection.finish", row)
-    return _full(session, row)
+    _log_inspection(session, access, "inspection.finish", row)
+    return _inspection_out(session, row)
 
 
 @router.delete("/gyms/{gym}/inspections/{inspection}", status_code=204)
@@ -174,15 +173,13 @@ def drop_inspection(inspection: UUID, session: Db, access: SetterMay) -> None:
     """Discard an unfinished inspection with its entries."""
     row = inspection_of(session, access.gym.id, inspection, locked=True)
     discard_inspection(session, row)
-    _log(session, access, "inspection.discard", row)
+    _log_inspection(session, access, "inspection.discard", row)
 
 
-def _log(session: Session, access: Access, action: str, row: Inspection) -> None:
-    log_change(
+def _log_inspection(session: Session, access: Access, action: str, row: Inspection) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(row.id),
         level=row.level,
     )
@@ -216,7 +213,7 @@ def _listed_inspections(session: Session, rows: Sequence[Inspection]) -> list[In
     ]
 
 
-def _full(session: Session, row: Inspection) -> InspectionFull:
+def _inspection_out(session: Session, row: Inspection) -> InspectionFull:
     facts = _signed_facts(row) if row.record else _present_facts(session, row)
     late = entries_of(session, row.id, late=True)
     names = names_of(session, row, late)

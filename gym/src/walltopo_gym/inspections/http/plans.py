@@ -10,7 +10,6 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Note
 from walltopo_gym.api.services import Db
 from walltopo_gym.gyms.access import Access, OwnerMay, gym_rule
@@ -90,7 +89,7 @@ def put_inspection_plan(body: InspectionPlanIn, session: Db, access: OwnerMay) -
     ]
     store_plans(session, access.gym.id, plans)
     session.flush()
-    log_change(session, "inspection.plan", person=access.actor.known, gym=access.gym.id, subject="")
+    access.log_change(session, "inspection.plan", subject="")
     return _plan_out(session, access, "en")
 
 

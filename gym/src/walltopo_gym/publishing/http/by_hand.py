@@ -10,7 +10,6 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.error_responses import FaultOut
 from walltopo_gym.api.fields import Body, Day, Text
 from walltopo_gym.api.services import Db
@@ -111,7 +110,7 @@ def make_routes(wall: UUID, body: NewRoutes, session: Db, access: PublisherMay) 
         _check_route(session, access, row, route, today, number if len(body.routes) > 1 else 0)
         for number, route in enumerate(body.routes, 1)
     ]
-    return _added(session, access, row, routes)
+    return _added_routes(session, access, row, routes)
 
 
 @router.post("/gyms/{gym}/walls/{wall}/routes/import")
@@ -121,7 +120,7 @@ def import_routes(wall: UUID, body: RouteTable, session: Db, access: PublisherMa
     lines, faults = read_routes(session, row, body.csv, body.id, access.gym.today())
     is_added = body.really and bool(lines) and (body.without_wrong or not faults)
     if is_added:
-        _added(session, access, row, [line.route for line in lines])
+        _added_routes(session, access, row, [line.route for line in lines])
     shown = [
         TableRoute(line=line.line, known=line.known, **_visible_facts(line.route.facts))
         for line in lines
@@ -178,13 +177,13 @@ def _check_route(
     return HandRoute(given.id or uuid4(), facts)
 
 
-def _added(session: Session, access: Access, wall: Wall, routes: list[HandRoute]) -> list[RouteOut]:
+def _added_routes(
+    session: Session, access: Access, wall: Wall, routes: list[HandRoute]
+) -> list[RouteOut]:
     rows: list[Route] = add_routes(session, wall, routes)
-    log_change(
+    access.log_change(
         session,
         "route.add",
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=wall.name,
         wall=str(wall.id),
         routes=len(rows),

@@ -9,7 +9,6 @@ from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field, model_validator
 from sqlalchemy.orm import Session
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.services import Db
 from walltopo_gym.gyms.access import Access, GuestMay, SetterMay
@@ -63,7 +62,7 @@ def put_line(
         session, wall_of(session, access.gym.id, wall), line, body.model_dump(mode="json")
     )
     response.status_code = 201 if is_new else 200
-    _log(session, access, "line.create" if is_new else "line.change", row)
+    _log_line(session, access, "line.create" if is_new else "line.change", row)
     return _line_out(row)
 
 
@@ -73,19 +72,17 @@ def drop_line(wall: UUID, line: UUID, session: Db, access: SetterMay) -> None:
     row = wall_of(session, access.gym.id, wall)
     gone = line_of(session, row.id, line)
     remove_line(session, row, gone)
-    _log(session, access, "line.delete", gone)
+    _log_line(session, access, "line.delete", gone)
 
 
 def _line_out(row: RopeLine) -> RopeLineOut:
     return RopeLineOut.model_validate(row, from_attributes=True)
 
 
-def _log(session: Session, access: Access, action: str, row: RopeLine) -> None:
-    log_change(
+def _log_line(session: Session, access: Access, action: str, row: RopeLine) -> None:
+    access.log_change(
         session,
         action,
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=row.label,
         wall=str(row.wall_id),
     )

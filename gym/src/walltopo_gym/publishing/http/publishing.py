@@ -16,7 +16,6 @@ from starlette.responses import StreamingResponse
 
 from walltopo.scans import joined as joined_in
 from walltopo.scans import routes as found_in
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Moment, Revision
 from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.errors import ConflictError, NotFoundError
@@ -206,13 +205,13 @@ def publish_scan(
     scan: UUID, body: Publication, services: ServicesOf, access: PublisherMay
 ) -> ScanOut:
     """Publish a scan with these routes, in one transaction."""
-    results = _results(services, access, scan)
+    results = _read_results(services, access, scan)
     with services.database.writing() as session:
         row = scan_of(session, access.gym.id, scan)
         entries, found = confirmed_table(session, access, row, body, results)
         publish(session, row, body.revision, entries, found, access.gym.today())
         session.refresh(row)
-        _log(session, access, "scan.publish", str(row.id))
+        access.log_change(session, "scan.publish", str(row.id))
         return scan_out(session, row)
 
 
@@ -224,7 +223,7 @@ def discard_scan(scan: UUID, session: Db, access: PublisherMay) -> ScanOut:
     check_unplanned(session, row.id)
     change_state(session, row.id, State.CANCELLED, before=State.REVIEW)
     session.refresh(row)
-    _log(session, access, "scan.discard", str(row.id))
+    access.log_change(session, "scan.discard", str(row.id))
     return scan_out(session, row)
 
 
@@ -250,7 +249,7 @@ def scale_scan(
         check_unplanned(session, row.id)
         check_carried_out(session, row.id)  # or its results would come after those of the new run
         set_distance(session, row, marked, body.metres)
-        _log(session, access, "scan.scale", str(row.id))
+        access.log_change(session, "scan.scale", str(row.id))
         return scan_out(session, row)
 
 
@@ -262,7 +261,7 @@ class _Results:
     version: tuple[int, int]
 
 
-def _results(services: Services, access: Access, scan: UUID) -> _Results:
+def _read_results(services: Services, access: Access, scan: UUID) -> _Results:
     """Read the routes of a scan outside of a write transaction.
 
     Raises
@@ -313,7 +312,7 @@ def put_back_scan(wall: UUID, body: PuttingBack, session: Db, access: PublisherM
         raise NotFoundError("not-there-version")
     roll_back(session, row, body.revision)
     session.refresh(row)
-    _log(session, access, "scan.put-back", str(row.id))
+    access.log_change(session, "scan.put-back", str(row.id))
     return scan_out(session, row)
 
 
@@ -367,10 +366,6 @@ def read_file(
     }
     pieces = services.store.chunks(known["key"])
     return StreamingResponse(pieces, media_type=known["type"], headers=headers)
-
-
-def _log(session: Session, access: Access, action: str, subject: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=subject)
 
 
 class PastVersion(BaseModel):
@@ -455,12 +450,12 @@ def list_plans(session: Db, access: PublisherMay) -> list[PlanOut]:
 @router.put("/gyms/{gym}/scans/{scan}/plan")
 def put_plan(scan: UUID, body: NewPlan, services: ServicesOf, access: PublisherMay) -> PlanOut:
     """Plan the publication of a scan with these routes, replacing an earlier plan."""
-    results = _results(services, access, scan)
+    results = _read_results(services, access, scan)
     with services.database.writing() as session:
-        return _plan(session, access, scan, body, results)
+        return _store_plan(session, access, scan, body, results)
 
 
-def _plan(
+def _store_plan(
     session: Session, access: Access, scan: UUID, body: NewPlan, results: _Results
 ) -> PlanOut:
     row = scan_of(session, access.gym.id, scan)
@@ -483,11 +478,9 @@ def _plan(
         )
     )
     queue_publications(session, access.gym.id, body.at)
-    log_change(
+    access.log_change(
         session,
         "scan.plan",
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=str(scan),
         at=None if body.at is None else body.at.isoformat(),
     )
@@ -501,9 +494,7 @@ def drop_plan(scan: UUID, session: Db, access: PublisherMay) -> None:
     if plan is None:
         raise NotFoundError("plan-none")
     session.delete(plan)
-    log_change(
-        session, "scan.unplan", person=access.actor.known, gym=access.gym.id, subject=str(scan)
-    )
+    access.log_change(session, "scan.unplan", subject=str(scan))
 
 
 def _plan_out(plan: Plan, wall: UUID) -> PlanOut:

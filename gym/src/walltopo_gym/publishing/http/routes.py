@@ -13,11 +13,10 @@ from sqlalchemy.orm import Session
 
 from walltopo_climb.description.sentences import Detail, Unit, Wording
 from walltopo_climb.description.steps import StepKind
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Day, Name, Text
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import NotFoundError
-from walltopo_gym.gyms.access import Access, GuestMay, PublisherMay
+from walltopo_gym.gyms.access import GuestMay, PublisherMay
 from walltopo_gym.languages import Language
 from walltopo_gym.publishing.description import describe_placed
 from walltopo_gym.publishing.models import Placement, Route
@@ -192,7 +191,7 @@ def strip_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     strip_without_scan(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
-    _log(session, access, "route.strip", str(row.id))
+    access.log_change(session, "route.strip", str(row.id))
     return _current_route(session, row)
 
 
@@ -203,7 +202,7 @@ def restore_route(route: UUID, session: Db, access: PublisherMay) -> RouteOut:
     undo_stripping(session, row)
     session.refresh(row)
     touch_wall(session, row.wall_id)
-    _log(session, access, "route.restore", str(row.id))
+    access.log_change(session, "route.restore", str(row.id))
     return _current_route(session, row)
 
 
@@ -229,10 +228,6 @@ def route_out(row: Route, placement: Placement | None = None) -> RouteOut:
         facts.reach, facts.longest_reach = placement.reach, placement.longest_reach
         facts.height_m = placement.height_m
     return facts
-
-
-def _log(session: Session, access: Access, action: str, subject: str) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=subject)
 
 
 pictures_router = APIRouter(tags=["pictures"])

@@ -7,7 +7,6 @@ from datetime import datetime
 from fastapi import APIRouter
 from pydantic import BaseModel
 
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body
 from walltopo_gym.api.services import Db, ServicesOf
 from walltopo_gym.errors import ConflictError
@@ -50,11 +49,9 @@ def change_own_network(
     if body.wanted and not offered:
         raise ConflictError("own-networks-off", "ask-operator")
     row = switch_training(session, access.gym.id, body.wanted)
-    log_change(
+    access.log_change(
         session,
         "network.change",
-        person=access.actor.known,
-        gym=access.gym.id,
         subject=access.gym.slug,
         wanted=body.wanted,
     )

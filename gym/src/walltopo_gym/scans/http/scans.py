@@ -12,10 +12,8 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.sse import EventSourceResponse
 from pydantic import AfterValidator, Field, model_validator
 from sqlalchemy import select
-from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.actor import Scope
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.api.fields import Body, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
 from walltopo_gym.api.services import Db, Services, ServicesOf
@@ -74,7 +72,7 @@ def begin_scan(wall: UUID, session: Db, access: UploaderMay) -> ScanOut:
     version."""
     row = wall_of(session, access.gym.id, wall)
     scan = create_version(session, row, access.actor.known)
-    _log(session, access, "scan.create", scan)
+    access.log_change(session, "scan.create", str(scan.id))
     return scan_out(session, scan)
 
 
@@ -139,7 +137,7 @@ def start_scan(
     row = scan_of(session, access.gym.id, scan)
     body = body or ScanStart()
     request_run(session, row, part=body.part, colours=body.colours)
-    _log(session, access, "scan.start", row)
+    access.log_change(session, "scan.start", str(row.id))
     return scan_out(session, row)
 
 
@@ -149,9 +147,5 @@ def cancel_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanOut:
     row = scan_of(session, access.gym.id, scan)
     change_state(session, row.id, State.CANCELLED)
     session.refresh(row)
-    _log(session, access, "scan.cancel", row)
+    access.log_change(session, "scan.cancel", str(row.id))
     return scan_out(session, row)
-
-
-def _log(session: Session, access: Access, action: str, scan: Scan) -> None:
-    log_change(session, action, person=access.actor.known, gym=access.gym.id, subject=str(scan.id))

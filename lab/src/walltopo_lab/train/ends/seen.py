@@ -148,7 +148,7 @@ def _nearest_names(rgb: NDArray[np.uint8]) -> list[str]:
     return [names[k] for k in away.argmin(axis=1)]
 
 
-def _reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | None]:
+def _scanned_reliefs(bodies: Sequence[Body], rng: np.random.Generator) -> list[Relief | None]:
     """Return the reliefs of holds with scan artefacts."""
     cv2.setNumThreads(1)  # for images this small, starting threads takes longer than the work
     found = []
@@ -166,7 +166,7 @@ def _as_scanned(
 
     Holds without a relief are left out.
     """
-    reliefs = _reliefs([bodies[hold.id] for hold in holds], rng)
+    reliefs = _scanned_reliefs([bodies[hold.id] for hold in holds], rng)
     drawn = [(hold, relief) for hold, relief in zip(holds, reliefs, strict=True) if relief]
     looks = _scanned_paints(np.array([hold.colour_rgb for hold, _ in drawn], dtype=np.uint8), rng)
     types = shipped_model().names_of([relief for _, relief in drawn])
@@ -191,7 +191,7 @@ def _as_scanned(
     return seen
 
 
-def _confused(
+def _confuse_types(
     holds: Sequence[Hold], true: Mapping[int, str], rng: np.random.Generator
 ) -> list[Hold]:
     """Return the holds with types confused as in scans."""
@@ -251,7 +251,7 @@ def simulate_scan(seed: int, scan: int = 0) -> SeenGym:
     spare = [hold for hold in missed if rng.random() < REMAINS] + wrong[1::2]
     types = {hold.id: hold.type for hold in gym.holds}
     doubt = np.random.default_rng([17, seed, scan])
-    shown, spare = _confused(shown, types, doubt), _confused(spare, types, doubt)
+    shown, spare = _confuse_types(shown, types, doubt), _confuse_types(spare, types, doubt)
     left_out = [replace(hold, left_out="few photos confirm it") for hold in spare]
     points = np.array([hold.position for hold in shown])
     rgb = np.array([hold.colour_rgb for hold in shown], dtype=np.uint8)

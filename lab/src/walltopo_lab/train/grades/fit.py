@@ -82,13 +82,13 @@ def board_of(
     grade = np.array([p.grade for p in problems], float)
     plain, seconds = features_of(problems, [None] * len(problems), workers)
     learnt = np.flatnonzero(part == 0)
-    residual = _residual(plain[learnt], grade[learnt], groups[learnt])
+    residual = _grade_residual(plain[learnt], grade[learnt], groups[learnt])
     holds = presence(problems)
     share = holds.multiply(1 / holds.sum(axis=1)).tocsr()
-    whole = _quality(share[learnt], residual)
+    whole = _hold_quality(share[learnt], residual)
     qualities: list[Floats] = [whole] * len(problems)
     for others, fold in _folds(groups[learnt]):
-        crossed = _quality(share[learnt[others]], residual[others])
+        crossed = _hold_quality(share[learnt[others]], residual[others])
         for k in learnt[fold]:
             qualities[k] = crossed
     known, _ = features_of(problems, list(qualities), workers)
@@ -100,7 +100,7 @@ def _folds(groups: Ints) -> list[tuple[Ints, Ints]]:
     return list(GroupKFold(_FOLDS).split(groups, groups=groups))
 
 
-def _residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
+def _grade_residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
     """Return the part of each grade that positions, fitted on other groups, do not explain."""
     plain = np.nan_to_num(plain, nan=NEUTRAL.quality)  # an all-NaN column cannot be binned
     rest = np.zeros(len(grade))
@@ -111,7 +111,7 @@ def _residual(plain: Features, grade: Floats, groups: Ints) -> Floats:
     return rest
 
 
-def _quality(share: csr_matrix, residual: Floats) -> Floats:
+def _hold_quality(share: csr_matrix, residual: Floats) -> Floats:
     """Return (CELLS,) hold quality: lower for holds of problems harder than positions predict."""
     worse = Ridge(alpha=_SHRINK).fit(share, residual).coef_
     used = np.asarray(share.sum(axis=0)).ravel()

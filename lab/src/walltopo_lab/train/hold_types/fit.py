@@ -41,7 +41,7 @@ NETS, EPOCHS = 3, 16
 RIGHT = 0.9
 
 
-def _bodies(kind: str, count: int, rng: np.random.Generator) -> list[Relief | None]:
+def _simulated_scans(kind: str, count: int, rng: np.random.Generator) -> list[Relief | None]:
     """Return simulated scans of the generator's holds."""
     found = []
     for _ in range(count):
@@ -68,7 +68,7 @@ def make_reliefs(
     rng = np.random.default_rng(seed)
     rows: list[tuple[Relief | None, int]] = []
     for label, kind in enumerate(TYPES):
-        rows += [(relief, label) for relief in _bodies(kind, bodies, rng)]
+        rows += [(relief, label) for relief in _simulated_scans(kind, bodies, rng)]
         rows += [(scanned_relief(*grammar_heights(kind, rng), rng), label) for _ in range(forms)]
     rows += [(scanned_relief(*nothing_known(rng), rng), len(TYPES)) for _ in range(others)]
     kept = [(relief, label) for relief, label in rows if relief is not None]

@@ -29,7 +29,7 @@ class Grid:
         return c * self.x + s * self.y, -s * self.x + c * self.y
 
 
-def _wave(angle: Floats, rng: np.random.Generator, amount: float) -> Floats:
+def _ripple(angle: Floats, rng: np.random.Generator, amount: float) -> Floats:
     """Return a smooth closed ripple around 1."""
     total = np.ones_like(angle)
     for k in range(2, 6):
@@ -37,7 +37,7 @@ def _wave(angle: Floats, rng: np.random.Generator, amount: float) -> Floats:
     return np.maximum(total, 0.5)
 
 
-def _radius(x: Floats, y: Floats, w: float, h: float, rng: np.random.Generator) -> Floats:
+def _outline_radius(x: Floats, y: Floats, w: float, h: float, rng: np.random.Generator) -> Floats:
     """Return 0 at the centre and 1 on the outline of a random, bent and rippled shape.
 
     The shape is an oval, a box, a polygon or a blend of them.
@@ -55,10 +55,10 @@ def _radius(x: Floats, y: Floats, w: float, h: float, rng: np.random.Generator) 
     else:
         power = rng.choice([rng.uniform(1.5, 2.5), rng.uniform(2.5, 6)])
         r = (np.abs(u) ** power + np.abs(v) ** power) ** (1 / power)
-    return np.asarray(r / _wave(np.arctan2(v, u), rng, 0.12))
+    return np.asarray(r / _ripple(np.arctan2(v, u), rng, 0.12))
 
 
-def _rise(r: Floats, rng: np.random.Generator) -> Floats:
+def _height_profile(r: Floats, rng: np.random.Generator) -> Floats:
     """Return 1 at the centre, 0 from r = 1 on: a dome, a cushion, a table or a cone."""
     kind = rng.random()
     inside = np.clip(1 - r, 0, 1)
@@ -75,7 +75,7 @@ def _soft_step(t: Floats, width: float) -> Floats:
     return np.asarray(0.5 + 0.5 * np.tanh(2 * t / width))
 
 
-def _size(rng: np.random.Generator, low: float, high: float) -> float:
+def _log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
     """Return a random value between two bounds, uniform in its logarithm."""
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
@@ -83,11 +83,11 @@ def _size(rng: np.random.Generator, low: float, high: float) -> float:
 def _jug(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a jug: a lip, and above and behind it a scoop for the fingers."""
     x, y = g.turned(rng.normal(0, 18))
-    w = _size(rng, 0.10, 0.28)
-    h = w * _size(rng, 0.45, 1.15)
-    depth = float(np.clip(h * _size(rng, 0.45, 1.0), 0.04, 0.14))
-    r = _radius(x, y, w, h, rng)
-    body = depth * _rise(r, rng) ** rng.uniform(0.4, 1.0)
+    w = _log_uniform(rng, 0.10, 0.28)
+    h = w * _log_uniform(rng, 0.45, 1.15)
+    depth = float(np.clip(h * _log_uniform(rng, 0.45, 1.0), 0.04, 0.14))
+    r = _outline_radius(x, y, w, h, rng)
+    body = depth * _height_profile(r, rng) ** rng.uniform(0.4, 1.0)
     slope = 1 + rng.uniform(0.2, 0.7) * np.clip((y / h - 0.1), -0.6, 0)  # lower part leans back
     lip = rng.uniform(-0.05, 0.25) * h
     bow = rng.uniform(-0.15, 0.35) * h * (2 * x / w) ** 2
@@ -103,24 +103,24 @@ def _jug(g: Grid, rng: np.random.Generator) -> Floats:
 def _crimp(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a crimp, a fingertip edge: low, wide, steep above, sloping off below."""
     x, y = g.turned(rng.normal(0, 25))
-    w = _size(rng, 0.06, 0.24)
-    h = float(np.clip(w * _size(rng, 0.2, 0.55), 0.022, 0.085))
-    depth = float(np.clip(h * _size(rng, 0.4, 1.0), 0.012, 0.05))
-    r = _radius(x, y, w, h, rng)
+    w = _log_uniform(rng, 0.06, 0.24)
+    h = float(np.clip(w * _log_uniform(rng, 0.2, 0.55), 0.022, 0.085))
+    depth = float(np.clip(h * _log_uniform(rng, 0.4, 1.0), 0.012, 0.05))
+    r = _outline_radius(x, y, w, h, rng)
     edge = rng.uniform(0.05, 0.4) * h + rng.normal(0, 0.12) * h * (2 * x / w) ** 2
     above = _soft_step(edge - y, rng.uniform(0.004, 0.014))
     ramp = np.clip(1 - rng.uniform(0.2, 1.0) * (edge - y) / h, 0.05, 1)
     flat = rng.uniform(0.25, 0.8)
-    return np.asarray(depth * _rise(r, rng) ** flat * above * ramp)
+    return np.asarray(depth * _height_profile(r, rng) ** flat * above * ramp)
 
 
 def _sloper(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a sloper: large and round, or a large slanting shelf, without an edge."""
     x, y = g.turned(rng.normal(0, 30))
-    w = _size(rng, 0.13, 0.5)
-    h = w * _size(rng, 0.5, 1.15)
-    depth = float(np.clip(min(w, h) * _size(rng, 0.25, 0.65), 0.03, 0.22))
-    body = depth * _rise(_radius(x, y, w, h, rng), rng)
+    w = _log_uniform(rng, 0.13, 0.5)
+    h = w * _log_uniform(rng, 0.5, 1.15)
+    depth = float(np.clip(min(w, h) * _log_uniform(rng, 0.25, 0.65), 0.03, 0.22))
+    body = depth * _height_profile(_outline_radius(x, y, w, h, rng), rng)
     if rng.random() < 0.45:
         slant, start = rng.uniform(0.3, 1.4), rng.uniform(-0.15, 0.25) * h
         body = np.minimum(body, depth * rng.uniform(0.7, 1.0) - slant * (y - start))
@@ -130,23 +130,23 @@ def _sloper(g: Grid, rng: np.random.Generator) -> Floats:
 def _pinch(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a pinch: upright, narrow, deep for its width, with steep sides, often a waist."""
     x, y = g.turned(rng.normal(0, 32))
-    h = _size(rng, 0.11, 0.34)
-    w = float(np.clip(h * _size(rng, 0.25, 0.6), 0.035, 0.13))
-    depth = float(np.clip(w * _size(rng, 0.6, 1.25), 0.03, 0.12))
+    h = _log_uniform(rng, 0.11, 0.34)
+    w = float(np.clip(h * _log_uniform(rng, 0.25, 0.6), 0.035, 0.13))
+    depth = float(np.clip(w * _log_uniform(rng, 0.6, 1.25), 0.03, 0.12))
     waist = 1 - rng.uniform(0.0, 0.45) * np.exp(-((y / h / rng.uniform(0.15, 0.35)) ** 2))
-    r = _radius(x / waist, y, w, h, rng)
-    return np.asarray(depth * _rise(r, rng) ** rng.uniform(0.35, 1.0))
+    r = _outline_radius(x / waist, y, w, h, rng)
+    return np.asarray(depth * _height_profile(r, rng) ** rng.uniform(0.35, 1.0))
 
 
 def _pocket(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a pocket: holes for one to four fingers in a body without other grips."""
     x, y = g.turned(rng.normal(0, 20))
-    w = _size(rng, 0.08, 0.24)
-    h = w * _size(rng, 0.6, 1.2)
-    depth = float(np.clip(min(w, h) * _size(rng, 0.3, 0.75), 0.025, 0.1))
-    body = depth * _rise(_radius(x, y, w, h, rng), rng) ** rng.uniform(0.4, 1.0)
+    w = _log_uniform(rng, 0.08, 0.24)
+    h = w * _log_uniform(rng, 0.6, 1.2)
+    depth = float(np.clip(min(w, h) * _log_uniform(rng, 0.3, 0.75), 0.025, 0.1))
+    body = depth * _height_profile(_outline_radius(x, y, w, h, rng), rng) ** rng.uniform(0.4, 1.0)
     radius = rng.uniform(0.010, 0.017)
-    high = radius * _size(rng, 0.9, 1.8)
+    high = radius * _log_uniform(rng, 0.9, 1.8)
     half = min(rng.choice([0.0, 0.011, 0.022, 0.033]), 0.3 * w)
     cx, cy = rng.normal(0, 0.08) * w, rng.uniform(-0.1, 0.22) * h
     away = np.hypot(np.maximum(np.abs(x - cx) - half, 0) / radius, (y - cy) / high)
@@ -157,10 +157,10 @@ def _pocket(g: Grid, rng: np.random.Generator) -> Floats:
 def _foothold(g: Grid, rng: np.random.Generator) -> Floats:
     """Return a foothold: small, of any shape."""
     x, y = g.turned(rng.normal(0, 60))
-    w = _size(rng, 0.025, 0.085)
-    h = float(np.clip(w * _size(rng, 0.45, 1.3), 0.02, 0.07))
-    depth = float(np.clip(min(w, h) * _size(rng, 0.35, 0.95), 0.008, 0.04))
-    body = depth * _rise(_radius(x, y, w, h, rng), rng)
+    w = _log_uniform(rng, 0.025, 0.085)
+    h = float(np.clip(w * _log_uniform(rng, 0.45, 1.3), 0.02, 0.07))
+    depth = float(np.clip(min(w, h) * _log_uniform(rng, 0.35, 0.95), 0.008, 0.04))
+    body = depth * _height_profile(_outline_radius(x, y, w, h, rng), rng)
     if rng.random() < 0.4:
         body = np.minimum(body, depth * 0.8 - rng.uniform(0.3, 1.5) * y)
     return np.maximum(body, 0)

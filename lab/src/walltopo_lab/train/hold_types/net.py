@@ -80,7 +80,9 @@ class _Both(nn.Module):
         return torch.stack(answers).mean(dim=0)
 
 
-def _varied(pictures: Tensor, scalars: Tensor, rng: torch.Generator) -> tuple[Tensor, Tensor]:
+def _augment_reliefs(
+    pictures: Tensor, scalars: Tensor, rng: torch.Generator
+) -> tuple[Tensor, Tensor]:
     """Return reliefs with random mirroring, shifts of up to 2 px and changes of size and height."""
     right, down = torch.randint(-2, 3, (2,), generator=rng).tolist()
     pictures = pictures.roll((down, right), (2, 3))
@@ -98,7 +100,7 @@ def train(samples: Samples, classes: int, epochs: int, seed: int, progress: Prog
     loss_of = nn.CrossEntropyLoss(label_smoothing=0.05)
 
     def loss(net: ReliefNet, rows: Tensor, rng: torch.Generator) -> Tensor:
-        answers = net(*_varied(pictures[rows], scalars[rows], rng))
+        answers = net(*_augment_reliefs(pictures[rows], scalars[rows], rng))
         return torch.as_tensor(loss_of(answers, label[rows]))
 
     return train_net(lambda: ReliefNet(classes), loss, len(label), epochs, seed, progress)

@@ -28,7 +28,7 @@ def frontal_heights(body: Body, rng: np.random.Generator, turn_deg: float) -> tu
     return np.where(there, np.maximum(heights, 0), 0.0), pixel
 
 
-def _shadowed(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats:
+def _raise_unseen(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats:
     """Return heights with unseen surfaces partly raised towards the highest invisible height."""
     hull = np.full_like(heights, np.inf)
     below = np.radians(rng.uniform(5, 55))
@@ -54,13 +54,13 @@ def _shadowed(heights: Floats, pixel: float, rng: np.random.Generator) -> Floats
     return np.asarray(heights + share * (hull - heights))
 
 
-def _clouds(shape: tuple[int, int], scale: float, rng: np.random.Generator) -> Floats:
+def _smooth_noise(shape: tuple[int, int], scale: float, rng: np.random.Generator) -> Floats:
     """Return smooth noise with unit standard deviation; `scale` in pixels."""
     noise = cv2.GaussianBlur(rng.normal(size=shape), (0, 0), max(scale, 0.3))
     return np.asarray(noise / max(float(noise.std()), 1e-9))
 
 
-def _filled(heights: Floats, width: float, share: float) -> Floats:
+def _fill_pits(heights: Floats, width: float, share: float) -> Floats:
     """Return the heights with pits narrower than `width` pixels filled by `share`."""
     side = max(1, round(width))
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
@@ -68,7 +68,7 @@ def _filled(heights: Floats, width: float, share: float) -> Floats:
     return np.asarray(heights + share * (closed - heights))
 
 
-def _toothed(field: Floats, cell: float, amount: float, rng: np.random.Generator) -> Floats:
+def _shift_cells(field: Floats, cell: float, amount: float, rng: np.random.Generator) -> Floats:
     """Return a field resampled with offsets per cell, like a border cut by triangles; pixels."""
     height, width = field.shape
     count = max(2, round(height / max(cell, 1)))
@@ -82,7 +82,7 @@ def _toothed(field: Floats, cell: float, amount: float, rng: np.random.Generator
     )
 
 
-def _border(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
+def _ragged_mask(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
     """Return a lifted instance's mask: rim lost or wall included, ragged and shifted."""
     inside = cv2.distanceTransform(there.astype(np.uint8), cv2.DIST_L2, 5)
     outside = cv2.distanceTransform((~there).astype(np.uint8), cv2.DIST_L2, 5)
@@ -90,9 +90,9 @@ def _border(there: Mask, pixel: float, rng: np.random.Generator) -> Mask:
     size = float(np.sqrt(there.sum())) * pixel
     spread = min(0.005, 0.11 * size)
     signed = signed + rng.normal(0.2, 1) * spread
-    signed = signed + rng.uniform(0, 0.8) * spread * _clouds(there.shape, 0.01 / pixel, rng)
+    signed = signed + rng.uniform(0, 0.8) * spread * _smooth_noise(there.shape, 0.01 / pixel, rng)
     cell = rng.uniform(0.004, 0.011) / pixel
-    signed = _toothed(signed, cell, rng.uniform(0, 0.8) * cell, rng)
+    signed = _shift_cells(signed, cell, rng.uniform(0, 0.8) * cell, rng)
     if rng.random() < 0.3:  # a part is missing
         angle = rng.uniform(0, 2 * np.pi)
         rows, columns = np.nonzero(there)
@@ -113,15 +113,15 @@ def scanned_relief(heights: Floats, pixel: float, rng: np.random.Generator) -> R
     there = heights > 1e-3
     if not there.any():
         return None
-    mask = _border(there, pixel, rng)
+    mask = _ragged_mask(there, pixel, rng)
     y, x = np.mgrid[: heights.shape[0], : heights.shape[1]] * pixel
     lean = np.tan(np.radians(rng.normal(0, rng.choice([1.0, 6.0], p=[0.8, 0.2]), 2)))
-    surface: Floats = _shadowed(heights, pixel, rng) if rng.random() < 0.85 else heights
+    surface: Floats = _raise_unseen(heights, pixel, rng) if rng.random() < 0.85 else heights
     if rng.random() < 0.85:  # effect of stereo windows: narrow pits fill up, edges are rounded
-        surface = _filled(surface, rng.uniform(0.005, 0.04) / pixel, rng.uniform(0.2, 1))
+        surface = _fill_pits(surface, rng.uniform(0.005, 0.04) / pixel, rng.uniform(0.2, 1))
         width = rng.uniform(0.002, 0.011) / pixel
         surface = np.asarray(cv2.GaussianBlur(surface, (0, 0), width), dtype=np.float64)
-    surface = surface + rng.uniform(0.0003, 0.0016) * _clouds(
+    surface = surface + rng.uniform(0.0003, 0.0016) * _smooth_noise(
         heights.shape, rng.uniform(0.003, 0.012) / pixel, rng
     )
     surface = surface + lean[0] * (x - x.mean()) + lean[1] * (y - y.mean())
@@ -129,14 +129,14 @@ def scanned_relief(heights: Floats, pixel: float, rng: np.random.Generator) -> R
     return frame_relief(surface, mask, pixel)
 
 
-def _flat(grid: Grid, rng: np.random.Generator) -> Floats:
+def _wall_patch(grid: Grid, rng: np.random.Generator) -> Floats:
     """Return a patch of wall that was detected as a hold."""
-    blob = _clouds(grid.x.shape, rng.uniform(4, 14), rng)
+    blob = _smooth_noise(grid.x.shape, rng.uniform(4, 14), rng)
     near = np.hypot(grid.x, grid.y) < rng.uniform(0.25, 0.45) * GRID * grid.pixel
     return np.where((blob > rng.uniform(-0.5, 0.3)) & near, 0.0012 + rng.uniform(0, 0.004), 0.0)
 
 
-def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
+def _two_holds(grid: Grid, rng: np.random.Generator) -> Floats:
     """Return two holds, or parts of them, that were detected as one."""
     heights = np.zeros_like(grid.x)
     names = ("jug", "crimp", "sloper", "pinch", "pocket", "foothold")
@@ -150,7 +150,7 @@ def _heap(grid: Grid, rng: np.random.Generator) -> Floats:
     return heights
 
 
-def _part(grid: Grid, rng: np.random.Generator) -> Floats:
+def _half_hold(grid: Grid, rng: np.random.Generator) -> Floats:
     """Return half of a large hold."""
     heights = hold_heights(str(rng.choice(["jug", "sloper", "pinch"])), grid, rng)
     angle = rng.uniform(0, 2 * np.pi)
@@ -158,7 +158,7 @@ def _part(grid: Grid, rng: np.random.Generator) -> Floats:
     return np.where(along < np.percentile(along[heights > 0], rng.uniform(30, 60)), heights, 0)
 
 
-def _volume(grid: Grid, rng: np.random.Generator) -> Floats:
+def _plywood_pyramid(grid: Grid, rng: np.random.Generator) -> Floats:
     """Return a plywood pyramid."""
     corners = int(rng.integers(3, 6))
     turns = rng.uniform(0, 2 * np.pi) + 2 * np.pi * np.arange(corners) / corners
@@ -169,9 +169,9 @@ def _volume(grid: Grid, rng: np.random.Generator) -> Floats:
 
 def nothing_known(rng: np.random.Generator) -> tuple[Floats, float]:
     """Return heights and pixel size of an object that belongs to no single hold type."""
-    make = (_flat, _heap, _heap, _part, _volume)[int(rng.integers(5))]
+    make = (_wall_patch, _two_holds, _two_holds, _half_hold, _plywood_pyramid)[int(rng.integers(5))]
     pixel = (
-        1.1 if make is _volume else float(np.exp(rng.uniform(np.log(0.08), np.log(0.6))))
+        1.1 if make is _plywood_pyramid else float(np.exp(rng.uniform(np.log(0.08), np.log(0.6))))
     ) / GRID
     return make(Grid(GRID, pixel), rng), pixel
 

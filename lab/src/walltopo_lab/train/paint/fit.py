@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-def _pairs(holds: PhotoHolds) -> tuple[Ints, Floats, Ints]:
+def _pairs_in_reach(holds: PhotoHolds) -> tuple[Ints, Floats, Ints]:
     """Return pairs within reach, their cues, and 1 same route, 0 different, -1 unknown."""
     points = holds.points
     pairs = candidate_pairs(points, [""] * len(points), linking.FLATTEN, linking.REACH)
@@ -46,7 +46,7 @@ def _left_out(
     holds: list[PhotoHolds], part: list[int], sharpen: int, resolution: float
 ) -> list[float]:
     """Return the ARI of each photo by a fit to the other half of the gyms."""
-    tables = [_pairs(one) for one in holds]
+    tables = [_pairs_in_reach(one) for one in holds]
     fits = [_regress([t for t, p in zip(tables, part, strict=True) if p != k]) for k in (0, 1)]
     values = []
     for one, (pairs, cues, _), side in zip(holds, tables, part, strict=True):
@@ -88,5 +88,5 @@ def fit_paint(photos: list[DimPhoto], progress: Progress) -> PaintFit:
         values = _left_out(holds, part, sharpen, resolution)
         left_out[sharpen, resolution] = float(np.mean(values)), float(np.min(values))
         progress.advance()
-    weights, bias = _regress([_pairs(one) for one in holds])
+    weights, bias = _regress([_pairs_in_reach(one) for one in holds])
     return PaintFit(weights.round(3).tolist(), round(bias, 3), left_out)

@@ -53,7 +53,7 @@ class PhotoHolds:
     routes: list[int | None]
 
 
-def _ring(linear: Floats, free: Bools, rows: Ints, columns: Ints, extent: float) -> Floats:
+def _colour_around(linear: Floats, free: Bools, rows: Ints, columns: Ints, extent: float) -> Floats:
     """Return the (3,) median linear RGB of the wall around a mask, NaN with too few pixels."""
     reach = int(max(8, 0.8 * extent))
     box = (
@@ -77,7 +77,7 @@ def read_holds(
         linear.append(paint_of(photo[core if core.sum() >= 12 else full])[0])
         rows, columns = np.nonzero(full)
         extents.append(float(max(np.ptp(rows), np.ptp(columns)) + 1))
-        wall.append(_ring(picture, free, rows, columns, extents[-1]))
+        wall.append(_colour_around(picture, free, rows, columns, extents[-1]))
         centres.append([columns.mean(), 0.0, rows.mean()])
     unit = float(np.median(extents)) / TYPICAL_HOLD
     points, around = np.array(centres) / unit, np.array(wall)

@@ -94,7 +94,7 @@ def light_field(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
     return np.asarray(total / total.mean())
 
 
-def _settings(seed: int) -> tuple[GymSettings, PhotoSettings]:
+def _gym_settings(seed: int) -> tuple[GymSettings, PhotoSettings]:
     """Return settings of an old, dark gym or a modern one, with many routes and distant photos."""
     rng = np.random.default_rng([41, seed])
     gym, photo = gym_preset("oldschool-dark" if seed % 3 else "modern")
@@ -175,7 +175,7 @@ def make_photos(folder: Path, first: int, count: int, progress: Progress) -> Non
 
 
 def _make_gym_photos(folder: Path, seed: int) -> None:
-    settings, photo = _settings(seed)
+    settings, photo = _gym_settings(seed)
     gym = make_gym(settings, seed)
     poses = walk_poses(gym.wall, [], settings, photo, np.random.default_rng([seed, 9]))
     gym = repaint(gym, seed)

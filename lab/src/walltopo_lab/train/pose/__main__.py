@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("out", type=Path, help="folder of the ONNX files")
     parser.add_argument("--size", choices=("lite", "full", "heavy"), default="heavy")
     args = parser.parse_args(arguments)
-    source = _source(args.package / "package.json")
+    source = _package_name(args.package / "package.json")
     with tempfile.TemporaryDirectory() as folder:
         detector = Path(folder) / "pose_detection.tflite"
         detector.write_bytes(detector_bytes(args.package / _ASSETS))
@@ -68,7 +68,7 @@ def detector_bytes(assets: Path) -> bytes:
     return data[start:]
 
 
-def _source(path: Path) -> str:
+def _package_name(path: Path) -> str:
     """Return name and version of an npm package."""
     try:
         about = json.loads(path.read_text(encoding="utf-8"))

@@ -214,11 +214,11 @@ def _tensor(path: Path, table: _Table, buffers: list[_Table]) -> Tensor:
         return Tensor(name, shape)
     flat = np.frombuffer(values, _DTYPES[kind])
     sparsity = table.table(6)
-    dense = flat.reshape(shape) if sparsity is None else _dense(flat, shape, sparsity)
+    dense = flat.reshape(shape) if sparsity is None else _dense_array(flat, shape, sparsity)
     return Tensor(name, shape, dense)
 
 
-def _dense(flat: NDArray[Any], shape: tuple[int, ...], sparsity: _Table) -> NDArray[Any]:
+def _dense_array(flat: NDArray[Any], shape: tuple[int, ...], sparsity: _Table) -> NDArray[Any]:
     """Return the full array of a sparse constant.
 
     The levels of the tree are the tensor's axes in `traversal_order`, then those of blocks: level
@@ -227,7 +227,7 @@ def _dense(flat: NDArray[Any], shape: tuple[int, ...], sparsity: _Table) -> NDAr
     order, blocks = sparsity.array(0).tolist(), sparsity.array(1).tolist()
     places = np.zeros((1, 0), np.int64)  # (nodes of the level, levels so far)
     for level in sparsity.tables(2):
-        parents, columns = _children(level, len(places))
+        parents, columns = _child_positions(level, len(places))
         places = np.column_stack([places[parents], columns])
     rank = len(shape)
     at = np.zeros((len(places), rank), np.int64)
@@ -245,7 +245,7 @@ def _dense(flat: NDArray[Any], shape: tuple[int, ...], sparsity: _Table) -> NDAr
     return dense
 
 
-def _children(level: _Table, parents: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _child_positions(level: _Table, parents: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the parent of each node of a level, and its index below that parent."""
     if level.number(0, "Int8") == 0:  # dense
         size = level.number(1)
