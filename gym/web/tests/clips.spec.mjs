@@ -59,9 +59,9 @@ test("a clip becomes the beta that one confirms", async ({ browser, places }) =>
   member.expected(OFFLINE);
   await page.getByLabel("Make a film that I can publish").setChecked(true);
   await choose.setInputFiles(places.clip);
-  await page.getByText(/^(Sent\. Waiting|Reading:)/).waitFor();
+  await page.getByText(/^(Sent\. Waiting|Analysis:)/).waitFor();
   assert.ok(lost > 1);
-  await page.getByText(/^Reading: following/).waitFor();
+  await page.getByText(/^Analysis: following/).waitFor();
   await check(member, "clip-reading");
 
   // What was read: a question, a correction, and a confirmation.

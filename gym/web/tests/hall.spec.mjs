@@ -22,7 +22,7 @@ test("the hall's settings, on paper and on a website", async ({ browser, places 
   await owner.go(`/g/${places.gym}/settings`);
   await page.getByRole("link", { name: "Screen and print" }).click();
   await page.getByLabel("Seconds per slide").fill("5");
-  await page.getByLabel("Show this month's leaderboard publicly").check();
+  await page.getByLabel("Show this month’s leaderboard publicly").check();
   assert.deepEqual(await grave(page), []);
   await page.getByRole("button", { name: "Save" }).click();
   await page.getByText("Saved.").waitFor();

@@ -164,7 +164,7 @@ async function judged(judge, places, address) {
   await page.getByText("Everything is synced.").waitFor();
   await page.getByRole("button", { name: /1 Dana/ }).last().click();
   await page.getByText("History (1 entry)").click();
-  await page.getByText("judge's link of Problem 1 (Eva Nová)").waitFor();
+  await page.getByText("judge’s link of Problem 1 (Eva Nová)").waitFor();
   await fine(judge, "pad");
   expected(OFFLINE, answered(403));
 }

@@ -68,7 +68,7 @@ for (const [name, look] of Object.entries(LOOKS)) {
     for (const path of addresses(await things(page, places))) {
       await page.goto(places.address + path);
       await page.waitForSelector("h1, main, .kiosk", { state: "attached" });
-      await until(async () => !(await page.getByText("Loading …", { exact: true }).count()), `${path} is loaded`);
+      await until(async () => !(await page.getByText("Loading…", { exact: true }).count()), `${path} is loaded`);
       await page.evaluate(() => document.documentElement.style.setProperty("font-size", "200%"));
       const wide = await tooWide(page);
       if (wide > 0) findings.push(`${path}: ${wide} pixels too wide`);
