@@ -351,7 +351,7 @@ def test_the_weeks_mail(gym: World, monkeypatch: pytest.MonkeyPatch) -> None:
     at_once(*3 * [lambda: note(gym)])
     run(gym)
     (letter,) = letters_to(gym, member)
-    assert letter.subject == f"{gym.gym.name} : résumé de la semaine"
+    assert letter.subject == f"{gym.gym.name}\u202f: résumé de la semaine"
     assert "Moon 1, Jana" in letter.text
     assert f"{ORIGIN}/g/{gym.gym.slug}" in letter.text
     # One press in the mail program, signed in nowhere (RFC 8058), ends it.
