@@ -42,9 +42,10 @@ async function things(page, places) {
     name: "Winter Cup", format: "rounds", categories: [{ name: "Open" }],
     rounds: [{ name: "Qualification", scoring: { rules: "ifsc-2025" }, problems: [{ name: "A" }] }],
   });
+  const inspection = await made(page, places, "POST", "/inspections", { level: "visual", walls: [places.wall] });
   const me = await read(page, `${places.address}/api/v1/me`);
   return {
-    gym: places.gym, wall: places.wall, scan: places.scan, route: route.id, list, problem, plan, year: "2026", person: me.id,
+    gym: places.gym, wall: places.wall, scan: places.scan, route: route.id, list, problem, plan, inspection: inspection.id, year: "2026", person: me.id,
     competition: cup.id, judged: cup.rounds[0].problems[0].id,
   };
 }

@@ -53,7 +53,7 @@ test("from signing up to photos on their way", async ({ browser, places }) => {
 
   // The scale plate is there to print before any photo is taken.
   await page.getByText("Lay it flat on the floor").waitFor();
-  const plate = await page.request.get(places.address + (await page.getByRole("link", { name: "Print on A4" }).getAttribute("href")));
+  const plate = await page.request.get(places.address + (await page.getByRole("link", { name: "Print on A4", exact: true }).getAttribute("href")));
   assert.equal(plate.headers()["content-type"], "application/pdf");
   await shot("new-scan");
 
