@@ -76,7 +76,7 @@ def _row(
     return (
         f"| {name} | {what} | "
         + _shares(
-            odds.likely(difficulty), odds.middle(difficulty), odds.within_one(difficulty), true
+            odds.most_likely(difficulty), odds.middle(difficulty), odds.within_one(difficulty), true
         )
         + _ranges(difficulty, true, errors)
     )

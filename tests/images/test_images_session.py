@@ -31,11 +31,11 @@ def test_class_names_are_needed_and_numbers_have_defaults() -> None:
         _ = output().names
     assert output().number("score", 0.3) == 0.3
     assert output(score="0.5").number("score", 0.3) == 0.5
-    assert output(sides="[1, 2.5]").numbers("sides", [0.0, 0.0]) == [1.0, 2.5]
+    assert output(sides="[1, 2.5]").read_numbers("sides", [0.0, 0.0]) == [1.0, 2.5]
     with pytest.raises(InputError, match="expected a number"):
         output(score="high").number("score", 0.3)
     with pytest.raises(InputError, match="expected 3 numbers"):
-        output(sides="[1, 2.5]").numbers("sides", [0.0] * 3)
+        output(sides="[1, 2.5]").read_numbers("sides", [0.0] * 3)
 
 
 def test_a_network_is_loaded_with_its_metadata() -> None:

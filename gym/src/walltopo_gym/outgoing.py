@@ -92,7 +92,7 @@ def post(url: str, content: bytes, headers: Mapping[str, str], *, private: bool)
     check_unlocked("another machine is called")
     stream = socket.create_connection((addresses[0], port), _PATIENCE_S)
     path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
-    with closing(stream), _cut_after(stream, _DEADLINE_S):
+    with closing(stream), _deadline_for(stream, _DEADLINE_S):
         connection = _open_connection(parts.scheme, parts.hostname, port, stream)
         try:
             connection.request("POST", path, content, {"user-agent": "walltopo-gym", **headers})
@@ -128,7 +128,7 @@ def _resolve_host(host: str, port: int) -> list[str]:
 
 
 @contextmanager
-def _cut_after(stream: socket.socket, seconds: float) -> Iterator[None]:
+def _deadline_for(stream: socket.socket, seconds: float) -> Iterator[None]:
     """Close a connection after a deadline, however slowly the other side keeps sending.
 
     Raises

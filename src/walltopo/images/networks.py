@@ -44,7 +44,7 @@ class Network:
                 f"{self.path}: metadata {key}: expected a number, got {text!r}"
             ) from error
 
-    def numbers(self, key: str, default: list[float]) -> list[float]:
+    def read_numbers(self, key: str, default: list[float]) -> list[float]:
         """Return a JSON list of the metadata with as many numbers as `default`."""
         text = self.metadata.get(key)
         if text is None:

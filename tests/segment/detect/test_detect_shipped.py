@@ -72,13 +72,13 @@ def test_least_scores_are_by_class_and_boxes_are_moved(
     plain.thresholds = plain._thresholds()
     assert not (plain.detect(photo).labels == label).any()
     monkeypatch.setattr(plain, "thresholds", OnnxDetector(shipped_model(), settings).thresholds)
-    offset = detector.model.numbers("offset", [0.0, 0.0])
+    offset = detector.model.read_numbers("offset", [0.0, 0.0])
     shift = np.median(holds.boxes - plain.detect(photo).boxes, axis=0)
     np.testing.assert_allclose(shift[:2], np.subtract([4.0, -2.0], offset), atol=0.3)
     with pytest.raises(InputError, match="expected 2 numbers"):
-        replace(plain.model, metadata={"offset": "[1.0]"}).numbers("offset", [0.0, 0.0])
+        replace(plain.model, metadata={"offset": "[1.0]"}).read_numbers("offset", [0.0, 0.0])
     with pytest.raises(InputError, match="not a list of numbers"):
-        replace(plain.model, metadata={"offset": "left"}).numbers("offset", [0.0, 0.0])
+        replace(plain.model, metadata={"offset": "left"}).read_numbers("offset", [0.0, 0.0])
 
 
 def test_tiles_find_what_the_whole_photo_finds(detector: OnnxDetector) -> None:

@@ -45,7 +45,7 @@ class BoardQuery:
 
 
 @dataclass(frozen=True)
-class Line:
+class BoardLine:
     """A person's place. Equal points share a rank, and the next rank skips as many."""
 
     rank: int
@@ -61,9 +61,9 @@ class BoardPart:
     """Some lines of a board, their total number, and the viewer's own place. `own` is None without
     points, or if the filters exclude the viewer."""
 
-    lines: list[Line]
+    lines: list[BoardLine]
     of: int
-    own: Line | None
+    own: BoardLine | None
 
 
 def board(
@@ -95,14 +95,14 @@ def board(
     ]
     counted = _join_profiles(select(func.count(), *better).select_from(Standing), gym).where(*seen)
     of, *above = session.execute(counted).one()
-    lines: list[Line] = []
+    lines: list[BoardLine] = []
     for index, row in enumerate(rows):
         if lines and lines[-1].points == row.points:
             rank = lines[-1].rank
         else:
             rank = 1 + (skip + index if index else above[0])
-        lines.append(Line(rank, *row))
-    own = None if mine is None else Line(1 + above[-1], *mine)
+        lines.append(BoardLine(rank, *row))
+    own = None if mine is None else BoardLine(1 + above[-1], *mine)
     return BoardPart(lines, of, own)
 
 

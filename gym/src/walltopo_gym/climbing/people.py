@@ -24,7 +24,7 @@ _LATEST = 20
 
 
 @dataclass(frozen=True)
-class Seen:
+class VisibleProfile:
     """A person as another sees them; hidden fields are None.
 
     Parameters
@@ -39,7 +39,7 @@ class Seen:
     body: Profile | None
 
 
-def view_person(session: Session, viewer: UUID, person: UUID) -> Seen:
+def view_person(session: Session, viewer: UUID, person: UUID) -> VisibleProfile:
     """Return a person as another sees them.
 
     Raises
@@ -60,7 +60,7 @@ def view_person(session: Session, viewer: UUID, person: UUID) -> Seen:
         climbed = climbed.where(Ascent.gym_id.in_([gym.id for gym in gyms]))
     latest = climbed.order_by(Ascent.climbed_at.desc(), Ascent.id)
     pinned = latest.where(Ascent.pinned_at.is_not(None))
-    return Seen(
+    return VisibleProfile(
         person=row,
         gyms=gyms,
         ascents=session.scalars(latest.limit(_LATEST)).all()

@@ -42,7 +42,7 @@ _Key = tuple[UUID, bool]  # competition, for the public
 
 
 @dataclass
-class _Kept:
+class _CachedBoard:
     """A board in memory; `of`: its revision and freeze."""
 
     lock: Lock = field(default_factory=Lock)
@@ -61,7 +61,7 @@ class LiveBoards:
 
     def __init__(self, database: Database) -> None:
         self._database = database
-        self._kept: OrderedDict[_Key, _Kept] = OrderedDict()
+        self._kept: OrderedDict[_Key, _CachedBoard] = OrderedDict()
         self._past: OrderedDict[tuple[Any, ...], BoardView] = OrderedDict()
         self._lock = Lock()
         self._channels: dict[_Key, _Channel] = {}
@@ -70,7 +70,7 @@ class LiveBoards:
         """Return the current board; for the public the frozen one."""
         kept, frozen = self._of(row, public=public)
         with kept.lock:
-            return _brought_up(session, row, kept, frozen=frozen)
+            return _up_to_date_view(session, row, kept, frozen=frozen)
 
     def compare(
         self, session: Session, row: Competition, first: UUID, second: UUID, *, public: bool
@@ -83,7 +83,7 @@ class LiveBoards:
         """
         kept, frozen = self._of(row, public=public)
         with kept.lock:
-            view = _brought_up(session, row, kept, frozen=frozen)
+            view = _up_to_date_view(session, row, kept, frozen=frozen)
             assert kept.board is not None
             steps = kept.board.compare(first, second)
         return steps, {line.entry_id: line.rank for of in view.categories for line in of.lines}
@@ -106,11 +106,11 @@ class LiveBoards:
                     self._past.popitem(last=False)
         return view
 
-    def _of(self, row: Competition, *, public: bool) -> tuple[_Kept, bool]:
+    def _of(self, row: Competition, *, public: bool) -> tuple[_CachedBoard, bool]:
         """Return a place for the board, and whether it is the frozen one."""
         key = row.id, public and row.frozen_at is not None
         with self._lock:
-            kept = self._kept.setdefault(key, _Kept())
+            kept = self._kept.setdefault(key, _CachedBoard())
             self._kept.move_to_end(key)
             while len(self._kept) > _MAX_BOARDS:
                 self._kept.popitem(last=False)
@@ -212,7 +212,9 @@ def _is_same(row: Competition, view: BoardView, *, public: bool) -> bool:
     return (row.revision, frozen, seq) == (view.revision, view.frozen_at, view.seq)
 
 
-def _brought_up(session: Session, row: Competition, kept: _Kept, *, frozen: bool) -> BoardView:
+def _up_to_date_view(
+    session: Session, row: Competition, kept: _CachedBoard, *, frozen: bool
+) -> BoardView:
     of = (row.revision, row.frozen_at) if frozen else (row.revision,)
     if kept.board is None or of != kept.of:  # names and texts may have been removed, too
         kept.board, kept.view = board_of(session, row, row.frozen_at if frozen else None), None

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.models import Person, Profile
 from walltopo_gym.accounts.secrets import hash_of, new_secret
-from walltopo_gym.climbing.boards import Line, month_of
+from walltopo_gym.climbing.boards import BoardLine, month_of
 from walltopo_gym.climbing.models import Standing
 from walltopo_gym.clock import now
 from walltopo_gym.events import Admission
@@ -63,7 +63,7 @@ def admit_screen(session: Session, question: Admission) -> None:
         question.found.append(True)
 
 
-def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:
+def public_board(session: Session, gym: Gym, size: int) -> list[BoardLine] | None:
     """Return the top of this month's board, of people who agreed to be public; None if the gym
     shows none."""
     if gym.boards == "off" or not settings_of(session, gym.id).board:
@@ -81,8 +81,8 @@ def public_board(session: Session, gym: Gym, size: int) -> list[Line] | None:
         .order_by(Standing.points.desc(), Person.name, Standing.person_id)
         .limit(size)
     )
-    lines: list[Line] = []
+    lines: list[BoardLine] = []
     for rank, row in enumerate(rows, 1):
         same = lines and lines[-1].points == row.points
-        lines.append(Line(lines[-1].rank if same else rank, *row))
+        lines.append(BoardLine(lines[-1].rank if same else rank, *row))
     return lines

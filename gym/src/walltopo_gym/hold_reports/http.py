@@ -20,7 +20,7 @@ from walltopo_gym.hold_reports.models import HoldReport
 from walltopo_gym.hold_reports.service import (
     Fault,
     Kind,
-    Open,
+    OpenReport,
     mark_done,
     report_of,
     reports_of,
@@ -123,7 +123,7 @@ def list_hold_reports(
     """Return the holds to check, the first reported first. Holds of stripped routes are absent."""
     if wall is not None:
         wall_of(session, access.gym.id, wall)
-    holds: dict[object, list[Open]] = {}
+    holds: dict[object, list[OpenReport]] = {}
     for one in reports_of(session, access.gym.id, wall, done=done):
         holds.setdefault((one.of, one.report.done_at), []).append(one)
     return [_hold_to_check(reports) for reports in holds.values()]
@@ -155,7 +155,7 @@ def drop_hold_report(report: UUID, session: Db, access: SetterMay) -> None:
     _log_hold_report(session, access, "hold.delete", row)
 
 
-def _hold_to_check(reports: list[Open]) -> HoldToCheck:
+def _hold_to_check(reports: list[OpenReport]) -> HoldToCheck:
     first, last = reports[0], reports[-1]
     # Deleted accounts count as one person each: a person has one open report of a kind.
     people = {one.report.person_id or one.report.id for one in reports}

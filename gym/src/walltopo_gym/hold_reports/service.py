@@ -56,7 +56,7 @@ class Fault:
 
 
 @dataclass(frozen=True)
-class Open:
+class OpenReport:
     """A report with its wall and route.
 
     Parameters
@@ -175,7 +175,7 @@ def _same_of(session: Session, row: HoldReport) -> HoldReport | None:
 
 def reports_of(
     session: Session, gym: UUID, wall: UUID | None = None, *, done: bool = False
-) -> list[Open]:
+) -> list[OpenReport]:
     """Return the reports on holds that are on the walls, the earliest first.
 
     Parameters
@@ -202,14 +202,14 @@ def reports_of(
 
 def _open_report(
     report: HoldReport, route: Route | None, wall: Wall, origin_of: Mapping[UUID, UUID]
-) -> Open:
+) -> OpenReport:
     origin = origin_of[report.scan_id]
     current = wall.published_scan_id
     is_current = current is not None and origin_of[current] == origin
-    return Open(report, route, wall, origin, is_current)
+    return OpenReport(report, route, wall, origin, is_current)
 
 
-def _is_there(one: Open) -> bool:
+def _is_there(one: OpenReport) -> bool:
     """Return whether the hold is still on the wall, as far as that is known."""
     return one.is_current if one.route is None else one.route.stripped_at is None
 

@@ -73,7 +73,7 @@ class RequestLogMiddleware:
         # The endpoint by its name, of which there are few; the path stands in the log, the query
         # nowhere.
         name = getattr(scope.get("endpoint"), "__name__", "(none)")
-        self._metrics.note(name, status, seconds)
+        self._metrics.count_request(name, status, seconds)
         client, path = scope.get("client"), _raw_path(scope)
         _LOG.info(
             "%s %s %s",

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.shapes import (
     cap,
+    capsule,
     carve,
     ellipsoid,
     grid_noise,
     half_space,
     join,
-    rod,
     rounded_box,
 )
 
@@ -47,12 +47,12 @@ class _Draft:
 def _jug(d: _Draft) -> Field:
     w, h, z = d.size
     body = ellipsoid(d.points, (0, -0.05 * h, -0.15 * z), (w / 2, h / 2, 1.15 * z))
-    lip = rod(d.points, (-0.3 * w, 0.2 * h, 0.66 * z), (0.3 * w, 0.2 * h, 0.66 * z), 0.2 * z)
+    lip = capsule(d.points, (-0.3 * w, 0.2 * h, 0.66 * z), (0.3 * w, 0.2 * h, 0.66 * z), 0.2 * z)
     body = join(body, lip, 0.35 * z)
     bend = 0.05 * h * d.rng.uniform(-1, 1)
     scoop = join(
-        rod(d.points, (-0.27 * w, 0.40 * h, 0.36 * z), (0, 0.2 * h + bend, 0.33 * z), 0.21 * z),
-        rod(d.points, (0.27 * w, 0.40 * h, 0.36 * z), (0, 0.2 * h + bend, 0.33 * z), 0.21 * z),
+        capsule(d.points, (-0.27 * w, 0.40 * h, 0.36 * z), (0, 0.2 * h + bend, 0.33 * z), 0.21 * z),
+        capsule(d.points, (0.27 * w, 0.40 * h, 0.36 * z), (0, 0.2 * h + bend, 0.33 * z), 0.21 * z),
         0.3 * z,
     )
     above = rounded_box(d.points, (0, 0.62 * h, 0.42 * z), (0.36 * w, 0.4 * h, 0.27 * z), 0.12 * z)
@@ -96,8 +96,8 @@ def _pocket(d: _Draft) -> Field:
     fingers = int(d.rng.integers(1, 4))
     reach = 0.011 * (fingers - 1) * 0.9
     y = 0.16 * h
-    hole = rod(d.points, (-reach, y + 0.012, 1.3 * z), (-reach, y - 0.012, 0.3 * z), 0.015)
-    other = rod(d.points, (reach, y + 0.012, 1.3 * z), (reach, y - 0.012, 0.3 * z), 0.015)
+    hole = capsule(d.points, (-reach, y + 0.012, 1.3 * z), (-reach, y - 0.012, 0.3 * z), 0.015)
+    other = capsule(d.points, (reach, y + 0.012, 1.3 * z), (reach, y - 0.012, 0.3 * z), 0.015)
     return carve(body, join(hole, other, 0.02), 0.012)
 
 
@@ -215,7 +215,7 @@ def _bore_bolt(
     y = {"jug": -0.05 * h, "pocket": -0.22 * h, "crimp": -0.12 * h}.get(kind, 0.0)
     radius = 0.0095 if kind != "foot" else 0.0055
     bottom = 0.45 * z
-    bore = rod(d.points, (0, y, bottom + radius), (0, y, 3 * z), radius)
+    bore = capsule(d.points, (0, y, bottom + radius), (0, y, 3 * z), radius)
     return carve(field, bore, 0.002), (0.0, y, radius, bottom)
 
 

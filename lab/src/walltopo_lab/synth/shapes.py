@@ -34,7 +34,7 @@ def rounded_box(
     return (outside + np.minimum(q.max(axis=-1), 0.0) - radius).astype(np.float32)
 
 
-def rod(p: Field, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Field:
+def capsule(p: Field, start: tuple[float, ...], end: tuple[float, ...], radius: float) -> Field:
     """Return the distance to a capsule from `start` to `end`."""
     a, b = np.asarray(start, np.float32), np.asarray(end, np.float32)
     pa, ba = p - a, b - a

@@ -45,7 +45,7 @@ def learning_rate(done: float, settings: TrainSettings) -> float:
 
 
 def _rate(run: Run, settings: TrainSettings) -> float:
-    if settings.endless:
+    if settings.is_endless:
         return settings.rate * min(1.0, (1 + run.step - run.first_step) / _WARM_STEPS)
     return learning_rate(run.seconds / (settings.minutes * 60), settings)
 
@@ -284,18 +284,18 @@ def train(
     run = load_run(checkpoint, settings) if begun else _begin_run(start, settings)
     if not settings.encoder_rate:
         run.net.encoder.requires_grad_(False)
-    run.frozen = start.pretrained is not None and not settings.endless
+    run.frozen = start.pretrained is not None and not settings.is_endless
     crops = supply(source, settings.seed + run.step, device)
-    if settings.endless and start.pretrained is not None and not begun:
+    if settings.is_endless and start.pretrained is not None and not begun:
         photos = itertools.islice(crops, _NORM_BATCHES)
         measure_norms(run.net, (batch["image"].cpu() for batch in photos))
         run.average.load_state_dict(run.net.state_dict())
         run.step = run.first_step = start.steps
         run.cpu_seconds = start.cpu_seconds
     _move_to_device(run, device)
-    if not settings.endless and run.seconds >= settings.minutes * 60 * until:
+    if not settings.is_endless and run.seconds >= settings.minutes * 60 * until:
         return run
-    progress.step("training", None if settings.endless else round(settings.minutes))
+    progress.step("training", None if settings.is_endless else round(settings.minutes))
     progress.advance(min(int(run.seconds // 60), round(settings.minutes)))
     leg = _Leg(run, checkpoint, check, settings, progress, report)
     try:
@@ -347,7 +347,7 @@ class _Leg:
     def steps(self, crops: Iterator[TensorBatch], device: torch.device, until: float) -> None:
         """Train until `until`, or until the score stalls."""
         run, settings = self.run, self.settings
-        if settings.endless and not run.history:
+        if settings.is_endless and not run.history:
             self.check()
         self.report(run)
         saved = time.monotonic()
@@ -369,11 +369,11 @@ class _Leg:
             )
             if int(run.seconds // 60) > minutes:
                 self.report_minute(minutes + 1)
-            over = not settings.endless and run.seconds >= settings.minutes * 60 * until
+            over = not settings.is_endless and run.seconds >= settings.minutes * 60 * until
             if over or self.check_is_due():
                 self.check()
                 saved = time.monotonic()
-            over = over or (not settings.endless and run.since_best >= settings.patience)
+            over = over or (not settings.is_endless and run.since_best >= settings.patience)
             if over or now - saved > _SAVE_EVERY:
                 run.save(self.checkpoint)
                 saved = now

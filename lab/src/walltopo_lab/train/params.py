@@ -188,7 +188,7 @@ class TrainSettings:
         check_settings(self, "train")
 
     @property
-    def endless(self) -> bool:
+    def is_endless(self) -> bool:
         """Return whether training runs until it is stopped."""
         return self.minutes == 0
 

@@ -74,7 +74,7 @@ class _Measured:
 
 
 @dataclass(frozen=True, eq=False)
-class _Observed:
+class _Observations:
     """The content of a scan's photos: the views of each instance by id, and the light."""
 
     views: Mapping[int, Sequence[HoldView]]
@@ -94,16 +94,16 @@ def _measure_instances(reads: Inputs, settings: ClassifySettings) -> _Measured:
 
 def _observe_instances(
     photos: PhotoSet, measured: _Measured, settings: ClassifySettings, progress: Progress
-) -> _Observed:
+) -> _Observations:
     labels = measured.lifted.face_instance
     views, light = observe(measured.views, photos, measured.mesh, labels, settings, progress)
     known = {number: rows for number, rows in sorted(views.items()) if number in measured.shapes}
-    return _Observed(known, with_white(light, known))
+    return _Observations(known, with_white(light, known))
 
 
 def _name_colours(
     measured: _Measured,
-    observed: _Observed,
+    observed: _Observations,
     palette: Sequence[Entry] | None,
     settings: ClassifySettings,
 ) -> tuple[Sequence[Entry], dict[int, HoldColour], dict[int, HoldColour]]:

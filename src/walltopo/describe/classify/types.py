@@ -231,5 +231,5 @@ def open_model(path: Path) -> TypeModel:
     missing = sorted({"names", "certain", "sides"} - set(network.metadata))
     if missing:
         raise InputError(f"{path}: not a network of hold types: its metadata lack {missing}")
-    low, high = network.numbers("sides", [0.0, np.inf])
+    low, high = network.read_numbers("sides", [0.0, np.inf])
     return TypeModel(network, network.names, network.number("certain", 1.0), (low, high))

@@ -173,7 +173,7 @@ def undistort(camera: Camera, pixels: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Triangulated:
+class TriangulatedPoint:
     """A triangulated point.
 
     Parameters
@@ -190,7 +190,7 @@ class Triangulated:
 
 def triangulate(
     views: Sequence[View], pixels: Floats, tolerance_px: float = 3.0
-) -> Triangulated | None:
+) -> TriangulatedPoint | None:
     """Return the point with the most inlier observations, at minimum reprojection error.
 
     Parameters
@@ -229,7 +229,7 @@ def triangulate(
             break
         inliers = refined
     errors = _reprojection_errors(views, pixels, point)[inliers]
-    return Triangulated(point, inliers, float(np.sqrt(np.mean(errors**2))))
+    return TriangulatedPoint(point, inliers, float(np.sqrt(np.mean(errors**2))))
 
 
 def _pixel_ray(view: View, pixel: Floats) -> Floats:

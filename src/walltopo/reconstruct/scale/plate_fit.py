@@ -24,7 +24,7 @@ from walltopo.geometry.similarity import (
     mean_rotation,
 )
 from walltopo.images.markers import Detection
-from walltopo.reconstruct.scale.known_distance import Triangulated, triangulate, undistort
+from walltopo.reconstruct.scale.known_distance import TriangulatedPoint, triangulate, undistort
 from walltopo.reconstruct.scale.plates import Plate
 
 Floats = NDArray[np.float64]
@@ -232,7 +232,7 @@ def _trimmed_rms(lengths: Floats) -> float:
     return float(np.sqrt(np.mean(kept**2)))
 
 
-def _triangulate_corner(sightings: Sequence[Sighting], corner: int) -> Triangulated | None:
+def _triangulate_corner(sightings: Sequence[Sighting], corner: int) -> TriangulatedPoint | None:
     pixels = np.array([s.detection.corners[corner] for s in sightings]).reshape(-1, 2)
     return triangulate([s.view for s in sightings], pixels)
 

@@ -116,7 +116,7 @@ class OnnxDetector:
         """Return the minimum score by label: from the setting, else from the model's metadata."""
         default = 0.3 if self.model.head == "votes" else 0.25  # Ultralytics' own default
         own = self.model.number("score", default)
-        scores = self.model.numbers("scores", [own] * len(self.classes))
+        scores = self.model.read_numbers("scores", [own] * len(self.classes))
         if self.settings.score:
             return dict.fromkeys(self.classes, self.settings.score)
         return dict(zip(self.classes, scores, strict=True))
@@ -177,7 +177,7 @@ class OnnxDetector:
             min_score *= _TWO_PASS_FACTOR if self.settings.again else 1.0
             overlap = model.number("nms", 0.5)
             found = decode_votes(heat, votes, mask, min_score, scale, size, overlap)
-            return _subtract_offset(found, model.numbers("offset", [0.0, 0.0]), scale)
+            return _subtract_offset(found, model.read_numbers("offset", [0.0, 0.0]), scale)
         if model.head == "rtdetr":
             return decode_rtdetr(outputs[0], classes, min_score, size)
         prototypes = outputs[1] if len(outputs) > 1 else None

@@ -53,7 +53,7 @@ def _points(mark: Mark) -> Fraction:
     return max(Fraction(0), worth - _TRY * (first - 1)) if first else Fraction(0)
 
 
-def score_most(tried: Collection[AttemptedProblem]) -> Score:
+def score_most_tops(tried: Collection[AttemptedProblem]) -> Score:
     """Return the score of most tops; ties by more flashes, then fewer tries to the tops."""
     sums = sums_of(tried)
     return score_of(sums, Fraction(sums.tops), sums.more("flashes"), sums.fewer("tries-to-top"))

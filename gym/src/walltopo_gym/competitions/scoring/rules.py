@@ -12,7 +12,7 @@ from uuid import UUID
 from walltopo_gym.competitions.scoring.formulas import (
     score_2018,
     score_2025,
-    score_most,
+    score_most_tops,
     score_points,
     score_shared,
 )
@@ -101,7 +101,7 @@ class Scoring:
             case Rules.IFSC_2018:
                 return score_2018(tried)
             case Rules.MAX:
-                return score_most(tried)
+                return score_most_tops(tried)
             case Rules.IFSC_LEAD:
                 return score_lead(tried, rivals.ranks, rivals.routes)
             case Rules.LEAD_POINTS:

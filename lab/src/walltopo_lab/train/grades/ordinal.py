@@ -29,7 +29,7 @@ class OrderedLogit:
         )
         return np.asarray(np.diff(edges, axis=1))
 
-    def likely(self, difficulty: Floats) -> Ints:
+    def most_likely(self, difficulty: Floats) -> Ints:
         """Return (N,) the most likely grade."""
         return self.grades[self.probabilities(difficulty).argmax(axis=1)]
 
