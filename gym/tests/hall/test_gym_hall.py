@@ -202,9 +202,9 @@ def test_the_calendar_can_be_read(current: World) -> None:
     answer = current.server.ask("GET", f"{current.path}/calendar.ics?language=de")
     assert answer.headers["content-type"].startswith("text/calendar")
     events = {str(e["summary"]): e for e in Calendar.from_ical(answer.content).walk("VEVENT")}
-    assert set(events) == {"Neue Routen: Cave", "1 Routen gehen: Cave"}
+    assert set(events) == {"Neue Routen: Cave", "Bald weg, Cave: 1"}
     assert events["Neue Routen: Cave"].decoded("dtstart") == at
-    assert events["1 Routen gehen: Cave"].decoded("dtstart") == now().date() + timedelta(days=5)
+    assert events["Bald weg, Cave: 1"].decoded("dtstart") == now().date() + timedelta(days=5)
     again = current.server.ask(
         "GET",
         f"{current.path}/calendar.ics?language=de",
