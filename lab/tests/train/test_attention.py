@@ -13,12 +13,13 @@ from onnx import TensorProto, helper
 from walltopo_lab.train.attention import fuse_attention
 
 WIDTH = 8
+HEADS = 4
 
 
 def inputs(n: int, m: int) -> dict[str, np.ndarray]:
     rng = np.random.default_rng(3)
     return {
-        name: rng.normal(size=(1, 1, count, WIDTH)).astype(np.float32)
+        name: rng.normal(size=(1, HEADS, count, WIDTH)).astype(np.float32)
         for name, count in (("q", n), ("k", m), ("v", m), ("w", n))
     }
 
@@ -30,11 +31,11 @@ def network(nodes: list[Any], outputs: list[str]) -> Any:
         nodes,
         "attention",
         [
-            helper.make_tensor_value_info(k, float_, [1, 1, n, WIDTH])
+            helper.make_tensor_value_info(k, float_, [1, HEADS, n, WIDTH])
             for k, n in zip("qkvw", "nmmn", strict=True)
         ],
         [
-            helper.make_tensor_value_info(name, float_, [1, 1, f"of {name}", WIDTH])
+            helper.make_tensor_value_info(name, float_, [1, HEADS, f"of {name}", WIDTH])
             for name in outputs
         ],
         [helper.make_tensor("root", float_, [1], [WIDTH**-0.25])],

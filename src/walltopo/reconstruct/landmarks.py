@@ -19,7 +19,8 @@ from walltopo.core.files import atomic_path, hash_path
 from walltopo.core.parallel import available_cores
 from walltopo.geometry.rays import Bvh
 from walltopo.reconstruct.scale.known_distance import undistort
-from walltopo.reconstruct.sparse.learned_features import Features, XFeat
+from walltopo.reconstruct.sparse.feature_sets import Features
+from walltopo.reconstruct.sparse.learned_features import XFeat
 from walltopo.scans.document import read_arrays
 from walltopo.scans.folder import ScanFolder
 

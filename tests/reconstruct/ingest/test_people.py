@@ -20,6 +20,7 @@ from walltopo.images.people import find_people, hide_people, people_mask
 from walltopo.pipeline.runner import ScanResult, run_stage, scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.reconstruct.settings import IngestSettings, SparseSettings
+from walltopo.reconstruct.sparse.feature_sets import Features
 from walltopo.reconstruct.sparse.jobs import (
     CameraEntry,
     ImageEntry,
@@ -27,7 +28,7 @@ from walltopo.reconstruct.sparse.jobs import (
     run_worker,
     write_masks,
 )
-from walltopo.reconstruct.sparse.learned_features import Features, outside_mask
+from walltopo.reconstruct.sparse.learned_features import outside_mask
 from walltopo.scans.people import PEOPLE, HiddenPeople, PeopleList
 from walltopo.scans.photos import PhotoSet
 from walltopo.segment.detect.photo_detections import PhotoDetections

@@ -10,8 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from walltopo.reconstruct.sparse.colmap_worker import register_images
+from walltopo.reconstruct.sparse.feature_sets import Features
 from walltopo.reconstruct.sparse.jobs import CameraEntry, ColmapJob, ImageEntry, LearnedTask, Sift
-from walltopo.reconstruct.sparse.learned_features import Features, XFeat, add_learned, partners
+from walltopo.reconstruct.sparse.learned_features import XFeat, add_learned, partners
 
 TURN = np.array([[0.95, -0.12, 30.0], [0.12, 0.95, -20.0]])
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-_AXIS = "axis_of_heads"
+_AXIS = "axis_of_batch"
 
 
 def fuse_attention(model: Any) -> int:
-    """Replace, in place, softmax(a q k^T) v with one head by `MultiHeadAttention`.
+    """Replace, in place, softmax(a q k^T) v of one batch by `MultiHeadAttention`.
 
     The factor a may stand at q and at k. Products may be `MatMul` or, in attention from one set to
     another and back, `Einsum`, where the scores of the way back are those of the way there,
@@ -22,7 +22,7 @@ def fuse_attention(model: Any) -> int:
 
     Parameters
     ----------
-    model : `onnx.ModelProto` with queries, keys and values of shape (1, 1, n, d).
+    model : `onnx.ModelProto` with queries, keys and values of shape (1, heads, n, d).
 
     Returns
     -------
@@ -54,7 +54,7 @@ def fuse_attention(model: Any) -> int:
         result = product.output[0]
         fused[result] = _fused_attention(queries, keys, product.input[1], result, factor)
     if fused:
-        graph.initializer.append(helper.make_tensor(_AXIS, TensorProto.INT64, [1], [1]))
+        graph.initializer.append(helper.make_tensor(_AXIS, TensorProto.INT64, [1], [0]))
         _replace_nodes(graph, fused)
         model.opset_import.append(helper.make_opsetid("com.microsoft", 1))
     return len(fused)
@@ -68,7 +68,7 @@ def _before_transposition(maker: dict[str, Any], name: str) -> str:
 
 
 def _fused_attention(queries: str, keys: str, values: str, result: str, factor: float) -> list[Any]:
-    """Return the nodes of one attention."""
+    """Return the nodes of one attention; its heads are a batch to the operator."""
     from onnx import helper
 
     sources = {"queries": queries, "keys": keys, "values": values}

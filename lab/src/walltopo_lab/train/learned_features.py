@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -23,6 +25,8 @@ from walltopo.core import EnvironmentLacksError
 from walltopo.images.networks import open_network
 from walltopo_lab.onnx_file import label_export, save_model
 from walltopo_lab.train.attention import fuse_attention
+
+Array = NDArray[Any]
 
 _CELL = 8
 # Layers of LighterGlue, of 6; each has a trained head. On six generated smooth walls of 5 and 6
@@ -60,12 +64,19 @@ class _Normalise(nn.Module):
         return away / torch.sqrt((away**2).mean((2, 3), keepdim=True) + 1e-5)
 
 
-class _Match(nn.Module):
-    """Wrapper from two feature sets to the best match of each, with probabilities of the first."""
+class Matcher(nn.Module):
+    """Wrapper from two feature sets to the best match of each, with probabilities of the first.
 
-    def __init__(self, network: Any) -> None:
+    Parameters
+    ----------
+    network : a LightGlue.
+    layers : number of its layers that run.
+    """
+
+    def __init__(self, network: Any, layers: int) -> None:
         super().__init__()
         self.network = network
+        self.layers = layers
 
     def forward(
         self, points0: Tensor, descriptors0: Tensor, points1: Tensor, descriptors1: Tensor
@@ -73,9 +84,9 @@ class _Match(nn.Module):
         net = self.network
         at0, at1 = net.posenc(points0), net.posenc(points1)
         a, b = net.input_proj(descriptors0), net.input_proj(descriptors1)
-        for layer in net.transformers[:_LAYERS]:
+        for layer in net.transformers[: self.layers]:
             a, b = layer(a, b, at0, at1)
-        log, _ = net.log_assignment[_LAYERS - 1](a, b)
+        log, _ = net.log_assignment[self.layers - 1](a, b)
         inner = log[:, :-1, :-1]
         best, to1 = inner.max(2)
         return to1, best.exp(), inner.max(1).indices
@@ -96,7 +107,7 @@ def main(arguments: list[str] | None = None) -> int:
     facts = {"license": "Apache-2.0", "source": source}
     grey = torch.rand(1, 1, 96, 128)
     rows, columns = (torch.export.Dim(name, min=1, max=256) for name in ("rows32", "columns32"))
-    _export(
+    export_network(
         look,
         {"grey": grey},
         ["descriptors", "spots", "trust"],
@@ -104,20 +115,7 @@ def main(arguments: list[str] | None = None) -> int:
         folder / "xfeat.onnx",
         facts,
     )
-    n, m = (torch.export.Dim(name, min=1, max=65536) for name in ("n", "m"))
-    _export(
-        match,
-        {
-            "points0": torch.rand(1, 50, 2) * 2 - 1,
-            "descriptors0": functional.normalize(torch.randn(1, 50, 64), dim=-1),
-            "points1": torch.rand(1, 40, 2) * 2 - 1,
-            "descriptors1": functional.normalize(torch.randn(1, 40, 64), dim=-1),
-        },
-        ["to1", "probability", "to0"],
-        {"points0": {1: n}, "descriptors0": {1: n}, "points1": {1: m}, "descriptors1": {1: m}},
-        folder / "lighterglue.onnx",
-        facts,
-    )
+    export_matcher(match, 64, folder / "lighterglue.onnx", facts)
     return 0
 
 
@@ -130,19 +128,54 @@ def _networks() -> tuple[nn.Module, nn.Module]:
     look = XFeatModel()
     look.load_state_dict(torch.load(XFEAT_PRETRAINED_WEIGHTS_PATH, map_location="cpu"))
     look.norm = _Normalise()
-    return _Look(look).eval(), _Match(LighterGlue().net.cpu()).eval()
+    return _Look(look).eval(), Matcher(LighterGlue().net.cpu(), _LAYERS).eval()
 
 
-def _export(
+def export_matcher(match: nn.Module, width: int, path: Path, facts: dict[str, str]) -> None:
+    """Write a `Matcher` of descriptors with `width` numbers; see `export_network`."""
+    n, m = (torch.export.Dim(name, min=1, max=65536) for name in ("n", "m"))
+    export_network(
+        match,
+        {
+            "points0": torch.rand(1, 50, 2) * 2 - 1,
+            "descriptors0": functional.normalize(torch.randn(1, 50, width), dim=-1),
+            "points1": torch.rand(1, 40, 2) * 2 - 1,
+            "descriptors1": functional.normalize(torch.randn(1, 40, width), dim=-1),
+        },
+        ["to1", "probability", "to0"],
+        {"points0": {1: n}, "descriptors0": {1: n}, "points1": {1: m}, "descriptors1": {1: m}},
+        path,
+        facts,
+    )
+
+
+def largest_difference(found: Sequence[Array], expected: Sequence[Array]) -> float:
+    """Return the largest difference of the outputs that are not integers."""
+    return max(
+        float(np.abs(a - b).max())
+        for a, b in zip(found, expected, strict=True)
+        if np.issubdtype(b.dtype, np.floating)
+    )
+
+
+def export_network(
     network: nn.Module,
     inputs: dict[str, Tensor],
     outputs: list[str],
     free: dict[str, dict[int, Any]],
     path: Path,
     facts: dict[str, str],
+    difference: Callable[[Sequence[Array], Sequence[Array]], float] = largest_difference,
 ) -> None:
-    """Write a network with float16 weights and compare it with the original."""
+    """Write a network with float16 weights and compare it with the original.
 
+    Parameters
+    ----------
+    inputs, outputs : example inputs by name, and the names of the outputs.
+    free : the dimensions of each input that vary.
+    facts : metadata of the file.
+    difference : compares the outputs of the file with those of the original.
+    """
     model = torch.onnx.export(
         network,
         tuple(inputs.values()),
@@ -158,13 +191,9 @@ def _export(
     with torch.no_grad():
         expected = network(*inputs.values())
     found = open_network(path).session.run(None, {k: v.numpy() for k, v in inputs.items()})
-    floats = [
-        float(np.abs(a - b.numpy()).max())
-        for a, b in zip(found, expected, strict=True)
-        if b.is_floating_point()
-    ]
-    sys.stdout.write(f"{path}: {path.stat().st_size:,} bytes, off by {max(floats):.4f} at most\n")
-    if max(floats) > _CLOSE:
+    off = difference(found, [one.numpy() for one in expected])
+    sys.stdout.write(f"{path}: {path.stat().st_size:,} bytes, off by {off:.4f} at most\n")
+    if off > _CLOSE:
         raise SystemExit(f"{path}: that is more than {_CLOSE}")
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -18,6 +17,7 @@ from walltopo.core.parallel import available_cores
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
+from walltopo.reconstruct.sparse.feature_sets import Features, match_features
 from walltopo.reconstruct.sparse.jobs import ColmapJob, LearnedTask
 from walltopo.reconstruct.sparse.pairs import Pair, exhaustive
 
@@ -132,26 +132,8 @@ _NMS_WINDOW = 5  # px; side of the window of non-maximum suppression
 
 _MIN_PROBABILITY = 0.05  # minimum probability of a feature (the authors' default)
 
-_MIN_MATCH_PROBABILITY = 0.1  # minimum probability of a match (the authors' default)
-
 # Minimum cosine of mutually nearest descriptors that count for a pair (the authors' default).
 _MIN_COSINE = 0.82
-
-
-@dataclass(frozen=True, eq=False)
-class Features:
-    """The features of one photo, strongest first.
-
-    Parameters
-    ----------
-    xy : (n, 2) float32, COLMAP's pixel coordinates (the first pixel's centre is 0.5, 0.5).
-    descriptors : (n, 64) float32, unit length.
-    size : width and height of the photo, pixels.
-    """
-
-    xy: Floats
-    descriptors: Floats
-    size: tuple[int, int]
 
 
 class XFeat:
@@ -189,23 +171,7 @@ class XFeat:
 
     def match(self, a: Features, b: Features) -> NDArray[np.uint32]:
         """Return (m, 2) feature indices of `a` and `b` that match."""
-        if not len(a.xy) or not len(b.xy):
-            return np.zeros((0, 2), np.uint32)
-        to_b, probability, to_a = (
-            found[0]
-            for found in self._match.session.run(
-                None,
-                {
-                    "points0": _normalised(a),
-                    "descriptors0": a.descriptors[None],
-                    "points1": _normalised(b),
-                    "descriptors1": b.descriptors[None],
-                },
-            )
-        )
-        rows = np.arange(len(to_b))
-        good = (to_a[to_b] == rows) & (probability > _MIN_MATCH_PROBABILITY)
-        return np.stack([rows[good], to_b[good]], axis=1).astype(np.uint32)
+        return match_features(self._match, a, b)
 
 
 def count_mutual_neighbours(a: Features, b: Features) -> int:
@@ -236,9 +202,3 @@ def _sample(maps: Floats, x: NDArray[Any], y: NDArray[Any], interpolation: int) 
         for one in maps
     ]
     return np.stack(rows, axis=1).astype(np.float32)
-
-
-def _normalised(features: Features) -> Floats:
-    """Return (1, n, 2) positions with the longer side from -1 to 1 and the centre at 0."""
-    size = np.array(features.size, dtype=np.float32)
-    return ((features.xy - size / 2) / (size.max() / 2))[None].astype(np.float32)

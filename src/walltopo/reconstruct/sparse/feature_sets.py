@@ -1,0 +1,63 @@
+"""The features that a network found in a photo, and their matches by a network of LightGlue's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from walltopo.images.networks import Network
+
+Floats = NDArray[np.float32]
+
+_MIN_MATCH_PROBABILITY = 0.1  # minimum probability of a match (the authors' default)
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """The features of one photo, strongest first.
+
+    Parameters
+    ----------
+    xy : (n, 2) float32, COLMAP's pixel coordinates (the first pixel's centre is 0.5, 0.5).
+    descriptors : (n, numbers) float32, unit length.
+    size : width and height of the photo, pixels.
+    """
+
+    xy: Floats
+    descriptors: Floats
+    size: tuple[int, int]
+
+
+def match_features(network: Network, a: Features, b: Features) -> NDArray[np.uint32]:
+    """Return (m, 2) feature indices of `a` and `b` that match.
+
+    Parameters
+    ----------
+    network : has two sets of positions and descriptors as inputs, and as outputs the best match of
+        each feature of the first, its probability, and the best match of each of the second.
+    """
+    if not len(a.xy) or not len(b.xy):
+        return np.zeros((0, 2), np.uint32)
+    to_b, probability, to_a = (
+        found[0]
+        for found in network.session.run(
+            None,
+            {
+                "points0": _normalised(a),
+                "descriptors0": a.descriptors[None],
+                "points1": _normalised(b),
+                "descriptors1": b.descriptors[None],
+            },
+        )
+    )
+    rows = np.arange(len(to_b))
+    good = (to_a[to_b] == rows) & (probability > _MIN_MATCH_PROBABILITY)
+    return np.stack([rows[good], to_b[good]], axis=1).astype(np.uint32)
+
+
+def _normalised(features: Features) -> Floats:
+    """Return (1, n, 2) positions with the longer side from -1 to 1 and the centre at 0."""
+    size = np.array(features.size, dtype=np.float32)
+    return ((features.xy - size / 2) / (size.max() / 2))[None].astype(np.float32)
