@@ -54,7 +54,7 @@ $(VENV)/pip-ready:
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml climb/pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
+$(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml features/pyproject.toml climb/pyproject.toml lab/pyproject.toml gym/pyproject.toml VERSION constraints.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e . -e ./climb
 	@command -v c++ >/dev/null || $(MAKE) --no-print-directory system-compiler || true
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[web]' \
@@ -63,7 +63,7 @@ $(VENV)/core-ready: $(VENV)/pip-ready pyproject.toml climb/pyproject.toml lab/py
 
 $(VENV)/dev-ready: $(VENV)/core-ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-	  -e '.[dev]' -e ./climb -e './lab[train,tune,dev]' -e './gym[dev]'
+	  -e '.[dev]' -e ./features -e ./climb -e './lab[train,tune,dev]' -e './gym[dev]'
 	@touch $@
 
 $(VENV)/release-ready: $(VENV)/dev-ready
@@ -121,8 +121,8 @@ test-pythons:
 # The caches lie in the environment, so that the next check of a cleaned checkout has them; one for each system,
 # because another system's results would replace those of this one.
 lint: $(VENV)/dev-ready
-	$(BIN)/ruff format --check src climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
-	$(BIN)/ruff check src climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
+	$(BIN)/ruff format --check src features climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
+	$(BIN)/ruff check src features climb lab gym tests benchmarks tools viewer/*.py examples conftest.py run_tests.py
 	$(BIN)/mypy --cache-dir $(VENV)/mypy
 	for system in win32 darwin; do \
 	  $(BIN)/mypy --cache-dir $(VENV)/mypy-$$system --platform $$system src climb/src || exit 1; done
@@ -150,6 +150,7 @@ site: $(VENV)/dev-ready viewer
 wheels: $(VENV)/dev-ready
 	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python -m tools.compiled_wheel dist/walltopo-$$(cat VERSION)-py3-none-any.whl
+	$(BIN)/python -m build --outdir dist features
 	$(BIN)/python -m build --outdir dist climb
 	$(BIN)/python -m build --outdir dist lab
 	$(BIN)/python -m build --outdir dist gym

@@ -18,7 +18,7 @@ from typing import Any, Final
 _ROOT: Final = Path(__file__).resolve().parents[1]
 _NPM: Final = ("viewer", "gym/web")
 # Our own packages, installed from this checkout: no registry lists them.
-_OWN: Final = ("walltopo", "walltopo-climb", "walltopo-lab", "walltopo-gym")
+_OWN: Final = ("walltopo", "walltopo-features", "walltopo-climb", "walltopo-lab", "walltopo-gym")
 
 
 @dataclass(frozen=True)

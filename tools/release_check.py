@@ -24,12 +24,12 @@ from typing import Final
 from rich.console import Console
 
 ROOT: Final = Path(__file__).parents[1]
-UNITS: Final = ("walltopo", "walltopo-climb", "walltopo-lab", "walltopo-gym")
+UNITS: Final = ("walltopo", "walltopo-features", "walltopo-climb", "walltopo-lab", "walltopo-gym")
 MODULES: Final = tuple(unit.replace("-", "_") for unit in UNITS)
 NAMESPACE: Final = "walltopo"  # of signatures, for `ssh-keygen -Y`
-# Commands of the four units in an empty folder; each must succeed.
+# Commands of the five units in an empty folder; each must succeed.
 SMOKE: Final = (
-    "python -c 'import walltopo, walltopo_climb, walltopo_lab, walltopo_gym'",
+    "python -c 'import walltopo, walltopo_features, walltopo_climb, walltopo_lab, walltopo_gym'",
     "walltopo doctor",
     "walltopo measure print -o plate.pdf",
     "walltopo grade --help",

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-UNITS = ("src", "climb", "lab", "gym", "tests", "examples", "viewer")
+UNITS = ("src", "features", "climb", "lab", "gym", "tests", "examples", "viewer")
 SENTENCES = re.compile(
     r"\btold\b"
     r"|\b[Ww]hoever\b"

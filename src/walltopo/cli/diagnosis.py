@@ -42,6 +42,7 @@ _EXTRAS = {
     "web": ("meshoptimizer", "small pages"),
     "ray": ("ray", "many machines: `batch --ray`"),
     "s3": ("obstore", "photos and scans of `batch` in an object store"),
+    "features": ("walltopo_features", "photos that all other features leave out"),
     "profile": ("viztracer", "`scan --profile`"),
 }
 # Other distributions add findings by entry points of this group.

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from walltopo.core import Camera, InputError
 from walltopo.geometry.rays import Bvh
 from walltopo.reconstruct.landmarks import Landmarks, find_features
-from walltopo.reconstruct.sparse.feature_sets import Features
-from walltopo.reconstruct.sparse.learned_features import XFeat, count_mutual_neighbours
+from walltopo.reconstruct.sparse.feature_sets import Features, count_mutual_neighbours
+from walltopo.reconstruct.sparse.learned_features import XFeat
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -110,6 +110,7 @@ def test_learned_features_stand_behind_those_that_were_there(tmp_path: Path) -> 
     output: list[dict[str, object]] = []
     assert add_learned(database, job, learned, lambda **fields: output.append(fields)) == [(1, 2)]
     assert [event for event in output if "step" in event] == [
+        {"step": "turns", "total": 2},
         {"step": "learned", "total": 2},
         {"step": "learned matches", "total": 1},
     ]

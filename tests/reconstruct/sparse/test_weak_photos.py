@@ -12,6 +12,7 @@ from walltopo.core import StageError
 from walltopo.reconstruct.sparse.weak_photos import (
     WEAK_POINTS,
     check_strength,
+    drop_barely_linked,
     drop_weak_photos,
     own_points,
     roll_angles,
@@ -92,3 +93,24 @@ def test_a_weak_model_is_refused_with_its_number() -> None:
     assert check_strength(few, accept_weak=True) == WEAK_POINTS - 1
     enough = model({name: set(range(WEAK_POINTS)) for name in "abc"})
     assert check_strength(enough, accept_weak=False) == WEAK_POINTS
+
+
+def test_a_group_that_few_points_join_leaves_the_model() -> None:
+    made = model(
+        {
+            "a": {*range(100)},
+            "b": {*range(50, 150)},
+            "c": {*range(120, 220)},
+            "d": {*range(200, 320)},  # 20 points of c
+            "e": {*range(220, 340)},
+        }
+    )
+    dropped = drop_barely_linked(made)
+    assert list(dropped) == ["d", "e"]
+    assert dropped["d"].startswith("only 20 points link it")
+    assert set(own_points(made)) == {"a", "b", "c"}
+    assert drop_barely_linked(made) == {}
+
+
+def test_a_model_of_no_links_keeps_a_photo() -> None:
+    assert list(drop_barely_linked(model({"a": {0, 1}, "b": {1, 2}}))) == ["b"]

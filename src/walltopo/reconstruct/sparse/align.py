@@ -131,6 +131,7 @@ def align_to_reference(
         "reference_moved": moved,
         "shared_points": shared,
         "means": attempt.strategy,
+        "tried": list(attempt.tried),
     }
     return SparseModel(made), aligned, figures
 

@@ -3,12 +3,14 @@
 The first strategy, *sift*, is fast and sufficient on most walls. If photos stay unregistered,
 *closer* doubles them before SIFT, which finds four times as many features, including weaker ones;
 then *learned* adds the features of a network (XFeat), which finds some on smooth walls, but can
-match repeated structure wrongly (`lookalikes`). Very few photos skip *closer*. Both strategies
-process only the unregistered photos and their best-matching neighbours; other features are reused.
+match repeated structure wrongly (`lookalikes`); *larger* adds those of a larger network (ALIKED),
+if its package is installed. Very few photos skip *closer*. All process only the unregistered photos
+and their best-matching neighbours; other features are reused.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -23,6 +25,7 @@ from walltopo.core import Progress
 from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse.feature_cache import find_features, seal_features
 from walltopo.reconstruct.sparse.jobs import ColmapJob, KnownFeatures, LearnedTask, Sift
+from walltopo.reconstruct.sparse.larger_network import larger_network_files
 from walltopo.reconstruct.sparse.lookalikes import models_agree
 from walltopo.scans.colmap_model import open_model
 
@@ -38,16 +41,18 @@ class Attempt(Generic[T]):
 
     Parameters
     ----------
-    strategy : "sift", "closer" or "learned".
+    strategy : "sift", "closer", "learned" or "larger".
     job : job that found the features.
     result : result of the mapping.
     registered : maps each registered photo's name to its camera centre (3,).
+    tried : all strategies that ran, in order.
     """
 
     strategy: str
     job: ColmapJob
     result: T
     registered: Mapping[str, Floats]
+    tried: tuple[str, ...] = ()
 
 
 def best_attempt(
@@ -110,12 +115,16 @@ def best_attempt(
             best = found
     for one in tried:
         seal_features(Path(one.job.database))
-    return best
+    return dataclasses.replace(best, tried=tuple(one.strategy for one in tried))
 
 
 # A learned feature becomes a point only where two neighbours of the photo have it, too.
-_STEPS = {"closer": 1, "learned": 2}
-_DESCRIPTIONS = {"closer": "doubled in size", "learned": "by a network"}
+_STEPS = {"closer": 1, "learned": 2, "larger": 2}
+_DESCRIPTIONS = {
+    "closer": "doubled in size",
+    "learned": "by a network",
+    "larger": "by a larger network",
+}
 
 
 # The network matches all pairs, so more photos cost it much more than doubling them does.
@@ -135,6 +144,8 @@ def _further_strategies(
         if settings.first_octave > -1 and photos > _VERY_FEW_PHOTOS:
             yield "closer", _closer
         yield "learned", _learned
+        if larger_network_files() is not None:
+            yield "larger", _larger
 
 
 def _closer(job: ColmapJob, names: set[str]) -> ColmapJob:
@@ -149,6 +160,7 @@ def _closer(job: ColmapJob, names: set[str]) -> ColmapJob:
 
 
 _FEW_PHOTOS = 20
+_LARGER_POINTS = 1024  # a pair takes 1 CPU second, with 2,048 points 3
 
 
 def _learned(job: ColmapJob, names: set[str]) -> ColmapJob:
@@ -169,6 +181,17 @@ def _learned(job: ColmapJob, names: set[str]) -> ColmapJob:
         learned=LearnedTask(
             images, points=2000 if few else 1600, partners=_FEW_PHOTOS if few else 8
         ),
+    )
+
+
+def _larger(job: ColmapJob, names: set[str]) -> ColmapJob:
+    """Return the job that adds features of the larger network for `names` to all so far."""
+    made = _learned(job, names)
+    assert made.learned is not None
+    return replace(
+        made,
+        database=_database_for(job, "larger"),
+        learned=replace(made.learned, points=_LARGER_POINTS, larger=True),
     )
 
 

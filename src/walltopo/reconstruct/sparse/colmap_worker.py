@@ -37,6 +37,9 @@ EVENT = "@walltopo "
 _REFINE_ITERATIONS = 40
 _GROWTH = 1.4
 _MIN_ERROR_PX = 0.05
+# Half of COLMAP's limits (30 and 100): on two generated walls, the first alone places a photo more,
+# and joins others wrongly, which `drop_barely_linked` finds.
+_TENTATIVE_POINTS, _TENTATIVE_FIRST_POINTS = 15, 50
 _BLOCK = 100  # pairs per progress line; at most this many are lost by a kill
 
 
@@ -313,6 +316,9 @@ def _mapper_options(job: ColmapJob, task: MapTask) -> Any:
     # Global bundle adjustment runs after this growth (COLMAP: 1.1). `refine` runs a final one, and
     # on synthetic gyms the poses were the same.
     options.ba_global_frames_ratio = options.ba_global_points_ratio = _GROWTH
+    if task.tentative:
+        options.mapper.abs_pose_min_num_inliers = _TENTATIVE_POINTS
+        options.mapper.init_min_num_inliers = _TENTATIVE_FIRST_POINTS
     options.image_names = list(task.only)
     if task.reference:
         # The mapper must also load the reference's photos that have no match.

@@ -13,6 +13,9 @@ Floats = NDArray[np.float32]
 
 _MIN_MATCH_PROBABILITY = 0.1  # minimum probability of a match (the authors' default)
 
+# Minimum cosine of mutually nearest descriptors that count for a pair (the authors' default).
+_MIN_COSINE = 0.82
+
 
 @dataclass(frozen=True, eq=False)
 class Features:
@@ -55,6 +58,16 @@ def match_features(network: Network, a: Features, b: Features) -> NDArray[np.uin
     rows = np.arange(len(to_b))
     good = (to_a[to_b] == rows) & (probability > _MIN_MATCH_PROBABILITY)
     return np.stack([rows[good], to_b[good]], axis=1).astype(np.uint32)
+
+
+def count_mutual_neighbours(a: Features, b: Features) -> int:
+    """Return the number of mutual nearest neighbours: a cheap estimate of the number of matches."""
+    if not len(a.xy) or not len(b.xy):
+        return 0
+    cosine = a.descriptors @ b.descriptors.T
+    to_b, to_a = cosine.argmax(axis=1), cosine.argmax(axis=0)
+    rows = np.arange(len(to_b))
+    return int(((to_a[to_b] == rows) & (cosine[rows, to_b] > _MIN_COSINE)).sum())
 
 
 def _normalised(features: Features) -> Floats:

@@ -81,6 +81,7 @@ class MapTask(msgspec.Struct, frozen=True):
     posed : folder of a model of given poses without points, where the mapping starts; "": none.
     focal : focal length of cameras that lack one, as a share of the longer side; 0: unchanged.
     min_explained : smallest share of the matches of posed photos that must become points.
+    tentative : whether few points suffice to register a photo; the caller checks the model.
     """
 
     output: str
@@ -92,6 +93,7 @@ class MapTask(msgspec.Struct, frozen=True):
     posed: str = ""
     focal: float = 0.0
     min_explained: float = MIN_EXPLAINED
+    tentative: bool = False
 
 
 class Sift(msgspec.Struct, frozen=True):
@@ -115,11 +117,13 @@ class LearnedTask(msgspec.Struct, frozen=True):
     images : image ids, ascending.
     points : maximum number of features per photo.
     partners : number of photos that each one is matched with.
+    larger : whether the larger networks find and match them (see `larger_network`).
     """
 
     images: tuple[int, ...]
     points: int
     partners: int
+    larger: bool = False
 
 
 class KnownFeatures(msgspec.Struct, frozen=True):
@@ -274,6 +278,7 @@ _EVENT = "@walltopo "
 _STEP_NAMES = {
     "features": "find features",
     "matches": "match photos",
+    "turns": "find photos that are turned",
     "learned": "find features with a network",
     "learned matches": "match photos with a network",
     "poses": "triangulate in the given poses",

@@ -16,7 +16,7 @@ from walltopo.reconstruct.sparse.feature_sets import Features, match_features
 PACKAGE = "walltopo_features"
 _MAX_SIDE = 1024  # px; larger photos are reduced to this longer side, as the authors do
 _STRIDE = 32  # side lengths must be multiples: the network reduces the photo so far
-_MIN_SCORE = 0.01
+_MIN_SCORE = 0.05
 
 
 def larger_network_files() -> tuple[Path, Path] | None:

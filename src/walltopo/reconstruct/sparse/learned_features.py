@@ -1,5 +1,7 @@
-"""Find XFeat features and LighterGlue matches with ONNX Runtime; write them to COLMAP's
-database."""
+"""Find features and matches with ONNX Runtime; write them to COLMAP's database.
+
+The networks are XFeat and LighterGlue, or the larger ones of `larger_network`.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +14,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import EnvironmentLacksError
 from walltopo.core.files import shipped_file
 from walltopo.core.parallel import available_cores
 from walltopo.images.files import read_grey, read_rgb
 from walltopo.images.networks import Network, open_network
 from walltopo.reconstruct.sparse.database import add_matches, append_keypoints
-from walltopo.reconstruct.sparse.feature_sets import Features, match_features
+from walltopo.reconstruct.sparse.feature_sets import (
+    Features,
+    count_mutual_neighbours,
+    match_features,
+)
 from walltopo.reconstruct.sparse.jobs import ColmapJob, LearnedTask
+from walltopo.reconstruct.sparse.larger_network import Aliked, larger_network_files
 from walltopo.reconstruct.sparse.pairs import Pair, exhaustive
+from walltopo.reconstruct.sparse.quarter_turns import (
+    QUARTERS,
+    quarter_turns,
+    turned_back,
+    turned_picture,
+)
+
+_TURN_POINTS = 600  # features by which a photo's turn is found
+_MAX_TURNED = 40  # photos; the time to find their turns grows with their square
 
 S = TypeVar("S")
 
@@ -45,7 +62,8 @@ def add_learned(
     """
     from walltopo.geometry.colmap import pycolmap
 
-    network = XFeat()
+    xfeat = XFeat()
+    network = _larger_network(job.threads) if learned.larger else xfeat
     with ThreadPoolExecutor(job.threads if job.threads > 0 else available_cores()) as pool:
 
         def with_progress(step: str, work: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
@@ -54,12 +72,26 @@ def add_learned(
                 report(advance=1)
                 yield done
 
+        def picture(number: int) -> NDArray[np.uint8]:
+            return read_rgb(Path(job.image_root) / job.images[number - 1].name)
+
+        def versions(number: int) -> list[Features]:
+            photo = picture(number)
+            return [
+                xfeat.find(turned_picture(photo, turn), _TURN_POINTS) for turn in range(QUARTERS)
+            ]
+
+        turns = dict.fromkeys(learned.images, 0)
+        if len(turns) <= _MAX_TURNED:
+            rows = list(with_progress("turns", versions, learned.images))
+            turns = dict(zip(learned.images, quarter_turns(rows), strict=True))
+
         def detect(number: int) -> Features:
-            name = job.images[number - 1].name
-            features = network.find(read_rgb(Path(job.image_root) / name), learned.points)
-            return (
-                outside_mask(features, Path(job.masks) / f"{name}.png") if job.masks else features
-            )
+            features = network.find(turned_picture(picture(number), turns[number]), learned.points)
+            if not job.masks:
+                return features
+            mask = Path(job.masks) / f"{job.images[number - 1].name}.png"
+            return outside_mask(features, mask, turns[number])
 
         detected = with_progress("learned", detect, learned.images)
         found = dict(zip(learned.images, detected, strict=True))
@@ -71,7 +103,8 @@ def add_learned(
         )
     with pycolmap.Database.open(database) as db:
         first = {
-            number: append_keypoints(db, number, features.xy) for number, features in found.items()
+            number: append_keypoints(db, number, turned_back(features, turns[number]))
+            for number, features in found.items()
         }
         return [
             (a, b)
@@ -80,12 +113,26 @@ def add_learned(
         ]
 
 
-def outside_mask(features: Features, mask: Path) -> Features:
-    """Return the features that the mask of a photo leaves, all of them without a mask."""
+def _larger_network(threads: int) -> Aliked:
+    files = larger_network_files()
+    if files is None:
+        raise EnvironmentLacksError(
+            "the larger network is missing", "pip install 'walltopo[features]'"
+        )
+    return Aliked(*files, threads=max(threads, 0))
+
+
+def outside_mask(features: Features, mask: Path, turn: int = 0) -> Features:
+    """Return the features that the mask of a photo leaves, all of them without a mask.
+
+    Parameters
+    ----------
+    turn : quarters by which the photo was turned before its features were found.
+    """
     if not mask.exists():
         return features
     allowed = read_grey(mask)
-    column, row = np.floor(features.xy).astype(np.int64).T
+    column, row = np.floor(turned_back(features, turn)).astype(np.int64).T
     height, width = allowed.shape
     kept = allowed[row.clip(0, height - 1), column.clip(0, width - 1)] > 0
     return Features(features.xy[kept], features.descriptors[kept], features.size)
@@ -132,9 +179,6 @@ _NMS_WINDOW = 5  # px; side of the window of non-maximum suppression
 
 _MIN_PROBABILITY = 0.05  # minimum probability of a feature (the authors' default)
 
-# Minimum cosine of mutually nearest descriptors that count for a pair (the authors' default).
-_MIN_COSINE = 0.82
-
 
 class XFeat:
     """The XFeat and LighterGlue networks; several threads may call them, each in one thread."""
@@ -172,16 +216,6 @@ class XFeat:
     def match(self, a: Features, b: Features) -> NDArray[np.uint32]:
         """Return (m, 2) feature indices of `a` and `b` that match."""
         return match_features(self._match, a, b)
-
-
-def count_mutual_neighbours(a: Features, b: Features) -> int:
-    """Return the number of mutual nearest neighbours: a cheap estimate of the number of matches."""
-    if not len(a.xy) or not len(b.xy):
-        return 0
-    cosine = a.descriptors @ b.descriptors.T
-    to_b, to_a = cosine.argmax(axis=1), cosine.argmax(axis=0)
-    rows = np.arange(len(to_b))
-    return int(((to_a[to_b] == rows) & (cosine[rows, to_b] > _MIN_COSINE)).sum())
 
 
 def _peaks(heatmap: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

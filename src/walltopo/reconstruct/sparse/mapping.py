@@ -53,9 +53,14 @@ from walltopo.reconstruct.sparse.jobs import (
     run_worker,
     write_masks,
 )
+from walltopo.reconstruct.sparse.larger_network import larger_network_files
 from walltopo.reconstruct.sparse.lookalikes import are_connected, are_observed
 from walltopo.reconstruct.sparse.pose_check import poses_contradict
-from walltopo.reconstruct.sparse.weak_photos import check_strength, drop_weak_photos
+from walltopo.reconstruct.sparse.weak_photos import (
+    check_strength,
+    drop_barely_linked,
+    drop_weak_photos,
+)
 from walltopo.scans.artifacts import Context
 from walltopo.scans.colmap_model import SparseModel, open_model
 from walltopo.scans.manifest import Metrics
@@ -76,8 +81,9 @@ def map_photos(
     """Register the photos; with `settings.reference`, in the frame of that finished scan.
 
     Metrics: photos, registered, points, reprojection_px, track_length, focal_px, unregistered (name
-    to reason), means (the strategy of the best attempt), own_points (of the median photo); with
-    given poses, instead of the last, poses_median and poses_median_deg (see `PosesFit`).
+    to reason), means (the strategy of the best attempt), tried (all that ran), own_points (of the
+    median photo); with given poses, instead of the last, poses_median and poses_median_deg (see
+    `PosesFit`).
 
     Parameters
     ----------
@@ -112,6 +118,8 @@ def map_photos(
     reasons |= {name: why for name, why in dropped.items() if name in missing}
     for name, reason in reasons.items():
         context.progress.note(f"{name} not registered: {reason}")
+    if reasons and settings.features == "auto" and larger_network_files() is None:
+        context.progress.note("pip install 'walltopo[features]' may place more of these photos")
     made = context.scratch / "sparse"
     fit = None
     if given is None:
@@ -121,7 +129,7 @@ def map_photos(
     model = SparseModel(made)
     opened = model.open()
     figures = describe_model(opened, len(photos))
-    figures |= {"unregistered": reasons, "means": attempt.strategy}
+    figures |= {"unregistered": reasons, "means": attempt.strategy, "tried": list(attempt.tried)}
     if given is None:
         figures["own_points"] = check_strength(opened, accept_weak=settings.accept_weak)
     if fit is not None:
@@ -233,7 +241,8 @@ class _Mapper:
         # Mapping runs in its own process: otherwise COLMAP's random state would depend on
         # whether the same process also matched the photos.
         output = Path(job.database).with_name(f"mapping-{focal:g}" if focal else "mapping")
-        task = MapTask(str(output), self.photos, posed=self.posed, focal=focal)
+        tentative = job.learned is not None and job.learned.larger
+        task = MapTask(str(output), self.photos, posed=self.posed, focal=focal, tentative=tentative)
         result = run_worker(mapping_job(job, task), self.progress)
         if result.contradicts and self.given is not None:
             raise contradiction_error(self.given)
@@ -241,7 +250,8 @@ class _Mapper:
             return Mapped(result, {})
         model = open_model(Path(result.best))
         if not self.posed:
-            self.dropped[result.best] = dropped = drop_weak_photos(model)
+            barely = drop_barely_linked(model) if tentative else {}
+            self.dropped[result.best] = dropped = barely | drop_weak_photos(model)
             if dropped:
                 model.write(result.best)
         if model.num_points3D() < _MIN_MODEL_POINTS or has_doubtful_lens(model, job):

@@ -6,6 +6,8 @@ of them, and the photo stays anywhere.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,9 @@ _MAX_ROLL_DEG = 45.0  # a phone that is turned further is turned by a quarter
 # Median over the photos. The demo and `gym-a` have 1,700 and 2,200, a smooth generated wall by SIFT
 # alone has 81; two real walls whose cameras were wrong had about 36 and 51.
 WEAK_POINTS = 60
+# Points that link a photo to the others: as many as COLMAP wants to register it. On two generated
+# walls, right photos had 48 and more (one had 17), photos in a wrong place 20 and fewer.
+_MIN_LINKS = 30
 
 
 def own_points(model: Any) -> dict[str, int]:
@@ -56,6 +61,60 @@ def drop_weak_photos(model: Any) -> dict[str, str]:
         reasons.update(found)
         for number in [k for k, image in model.images.items() if str(image.name) in found]:
             model.deregister_frame(model.images[number].frame_id)
+
+
+def drop_barely_linked(model: Any) -> dict[str, str]:
+    """Unregister the photos that too few points link to the others; return reasons by name.
+
+    A group grows by the photo that shares most points with it, while those are enough; the largest
+    group stays. Groups that a few points join bend there, however many points each has.
+
+    Parameters
+    ----------
+    model : `pycolmap.Reconstruction`, changed in place; each photo is a frame of its own.
+    """
+    registered = sorted(k for k, image in model.images.items() if image.has_pose)
+    shown: dict[int, set[int]] = {k: set() for k in registered}
+    for number, point in model.points3D.items():
+        for element in point.track.elements:
+            shown[element.image_id].add(number)
+    groups: list[dict[int, int]] = []
+    rest = dict(shown)
+    while rest:
+        groups.append(_linked_group(rest))
+        rest = {k: points for k, points in rest.items() if k not in groups[-1]}
+    kept = max(groups, key=len, default={})
+    seen = set().union(*(shown[k] for k in kept))
+    reasons = {}
+    for k in sorted(shown.keys() - kept.keys()):
+        reasons[str(model.images[k].name)] = (
+            f"only {len(shown[k] & seen)} points link it to the others: take photos between them"
+        )
+        model.deregister_frame(model.images[k].frame_id)
+    return reasons
+
+
+def _linked_group(shown: Mapping[int, set[int]]) -> dict[int, int]:
+    """Return the photos of one group, with the number of points that linked each to it.
+
+    Parameters
+    ----------
+    shown : the points that each photo shows.
+    """
+    pairs = {(a, b): len(shown[a] & shown[b]) for a, b in combinations(sorted(shown), 2)}
+    first = max(pairs, key=lambda pair: pairs[pair], default=None)
+    if first is None or pairs[first] < _MIN_LINKS:
+        return dict.fromkeys(list(shown)[:1], 0)
+    group = dict.fromkeys(first, pairs[first])
+    seen = shown[first[0]] | shown[first[1]]
+    while len(group) < len(shown):
+        links = {k: len(shown[k] & seen) for k in shown if k not in group}
+        best = max(links, key=lambda k: links[k])
+        if links[best] < _MIN_LINKS:
+            break
+        group[best] = links[best]
+        seen = seen | shown[best]
+    return group
 
 
 def _find_weak(model: Any) -> dict[str, str]:

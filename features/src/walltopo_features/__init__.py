@@ -1,0 +1,1 @@
+"""The files of the larger networks; `walltopo` opens them (`sparse.features=auto`)."""
