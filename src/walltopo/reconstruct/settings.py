@@ -29,7 +29,7 @@ class SparseSettings:
     """How photos are matched and registered (COLMAP through pycolmap)."""
 
     # fmt: off
-    features: Annotated[Literal["auto", "sift"], about("Feature detector: sift; auto adds doubled photos (of nine and more), then XFeat, where SIFT fails")] = "auto"
+    features: Annotated[Literal["auto", "sift"], about("Feature detector: sift; auto adds doubled photos (of nine and more), then XFeat, then ALIKED (walltopo[features]), where SIFT fails")] = "auto"
     max_features: Annotated[int, about("Maximum number of features per photo", unit="features", low=500, high=65536, expert=True)] = 8192
     first_octave: Annotated[int, about("First SIFT octave; -1 doubles the photo (4 times slower)", low=-1, high=2, expert=True)] = 0
     exhaustive_max: Annotated[int, about("Up to this many photos, match all pairs", unit="photos", low=2, high=2000, expert=True)] = 60

@@ -90,7 +90,7 @@ def best_attempt(
 
     best = attempt("sift", job)
     tried = [best]
-    for strategy, make_job in _further_strategies(settings, len(job.images)):
+    for strategy, make_job in further_strategies(settings, len(job.images)):
         unregistered = set(wanted) - best.registered.keys()
         if not unregistered:
             break
@@ -131,7 +131,7 @@ _DESCRIPTIONS = {
 _VERY_FEW_PHOTOS = 8
 
 
-def _further_strategies(
+def further_strategies(
     settings: SparseSettings, photos: int
 ) -> Iterator[tuple[str, Callable[[ColmapJob, set[str]], ColmapJob]]]:
     """Yield the name of each further strategy and the function that makes its job.
@@ -145,7 +145,7 @@ def _further_strategies(
             yield "closer", _closer
         yield "learned", _learned
         if larger_network_files() is not None:
-            yield "larger", _larger
+            yield "larger", larger_job
 
 
 def _closer(job: ColmapJob, names: set[str]) -> ColmapJob:
@@ -184,7 +184,7 @@ def _learned(job: ColmapJob, names: set[str]) -> ColmapJob:
     )
 
 
-def _larger(job: ColmapJob, names: set[str]) -> ColmapJob:
+def larger_job(job: ColmapJob, names: set[str]) -> ColmapJob:
     """Return the job that adds features of the larger network for `names` to all so far."""
     made = _learned(job, names)
     assert made.learned is not None
