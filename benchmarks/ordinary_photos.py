@@ -1,4 +1,4 @@
-"""Photos of generated ordinary walls that are placed right.
+"""Photos of generated ordinary walls that are placed right, with and without ALIKED.
 
     python -m benchmarks.ordinary_photos OUT [--seeds 321 322 323 324]
 
@@ -8,8 +8,9 @@ from 1 to 5 m, denoised and compressed by a messenger, with an exposure that jum
 quarter. Seeds 301 to 306 chose the settings of the product; seeds 321 and above report.
 
 A photo counts as right within 5 cm and 5 degrees of its true pose, after a similarity fit to most
-cameras; all other registered photos are wrong. CPU seconds are those of the stage. A pair counts as
-verified if COLMAP keeps it, and as false if the two photos show no common part of the wall.
+cameras; all other registered photos are wrong. CPU seconds are those of the stage. The pairs are
+those that COLMAP verified in the databases of XFeat and of ALIKED, each with SIFT's matches; false
+ones show no common part of the wall.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations
 from pathlib import Path
+from unittest.mock import patch
 
 import cv2
 import numpy as np
@@ -28,10 +30,13 @@ from numpy.typing import NDArray
 
 from benchmarks.registration import cpu_seconds, put_photos
 from benchmarks.smooth_walls import shared_shares
-from walltopo.core import InputError, StageError
+from walltopo.core import EnvironmentLacksError, InputError, StageError
+from walltopo.geometry.colmap import pycolmap
 from walltopo.geometry.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.settings import SparseSettings
+from walltopo.reconstruct.sparse import attempts
+from walltopo.reconstruct.sparse.larger_network import larger_network_files
 from walltopo.scans.colmap_model import open_model, read_views
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.develop import develop, draw_exposure
@@ -42,6 +47,7 @@ from walltopo_lab.synth.path import look_at, phone_camera
 from walltopo_lab.synth.render import Renderer
 
 Floats = NDArray[np.float64]
+Pair = tuple[str, str]
 
 DEVELOPMENT = (301, 302, 303, 304, 305, 306)
 REPORTING = (321, 322, 323, 324)
@@ -74,6 +80,7 @@ PHOTOS = PhotoSettings(
 _MODELS_PER_KIND = 2  # different holds of one kind and style on a wall
 _QUARTER_TURNS = 0.2  # share of the photos that are turned
 _JPEG_QUALITY = 65
+_MIN_OVERLAP = 0.02  # share of what one photo shows
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,27 +182,58 @@ class Placed:
     points : points of the model.
     seconds : CPU seconds.
     strategy : the strategy of the best attempt, "" if the stage failed.
+    pairs : image names of the verified pairs, by the strategy of the database.
     """
 
     poses: dict[str, Floats]
     points: int
     seconds: float
     strategy: str
+    pairs: Mapping[str, Collection[Pair]] = field(default_factory=dict[str, list[Pair]])
 
 
-def place(files: Sequence[Path]) -> Placed:
-    """Run the stage `sparse` on photos."""
+def place(files: Sequence[Path], *, larger: bool) -> Placed:
+    """Run the stage `sparse` on photos.
+
+    Parameters
+    ----------
+    larger : whether the larger network may be used; its package must be installed.
+
+    Raises
+    ------
+    EnvironmentLacksError : `larger` is true, and the package is missing.
+    """
+    networks = larger_network_files() if larger else None
+    if larger and networks is None:
+        raise EnvironmentLacksError("the larger network is missing", "pip install -e ./features")
     before = cpu_seconds()
-    with tempfile.TemporaryDirectory() as work:
+    with (
+        tempfile.TemporaryDirectory() as work,
+        patch.object(attempts, "larger_network_files", lambda: networks),
+    ):
         scan = put_photos(Path(work) / "scan", files, 1)
         try:
-            figures = run_stage(scan, "sparse", SparseSettings())
+            strategy = str(run_stage(scan, "sparse", SparseSettings())["means"])
         except StageError:
-            return Placed({}, 0, cpu_seconds() - before, "")
+            strategy = ""
+        seconds = cpu_seconds() - before
+        databases = Path(work).rglob("features.*/features.db")
+        pairs = {path.parent.suffix[1:]: verified_pairs(path) for path in databases}
+        if not strategy:
+            return Placed({}, 0, seconds, strategy, pairs)
         views = read_views(scan.sparse_raw)
         points = open_model(scan.sparse_raw).num_points3D()
     poses = {view.name: view.cam_from_world for view in views}
-    return Placed(poses, points, cpu_seconds() - before, str(figures["means"]))
+    return Placed(poses, points, seconds, strategy, pairs)
+
+
+def verified_pairs(database: Path) -> list[Pair]:
+    """Return the image names of the pairs that COLMAP verified."""
+    with pycolmap.Database.open(database) as db:
+        names = {image.image_id: str(image.name) for image in db.read_all_images()}
+        counts = zip(*db.read_two_view_geometry_num_inliers(), strict=True)
+        pairs = [pycolmap.pair_id_to_image_pair(pair) for pair, count in counts if count]
+    return [(names[a], names[b]) for a, b in pairs]
 
 
 def right_photos(found: Mapping[str, Floats], truth: Mapping[str, Floats]) -> set[str]:
@@ -251,10 +289,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, nargs="+", default=list(REPORTING))
     args = parser.parse_args(arguments)
     walls = {seed: make_wall(args.out, seed) for seed in args.seeds}
-    print("| wall | photos | registered | right | wrong | points | CPU-s | strategy |")
-    print("|---|---|---|---|---|---|---|---|")
+    print(
+        "| wall | photos | registered | right | wrong | points | CPU-s | strategy | "
+        "pairs, XFeat | pairs, ALIKED |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
     for seed, wall in walls.items():
-        print(placed_row(f"{seed}", place(wall.files), wall), flush=True)
+        for larger in (False, True):
+            label = f"{seed}, with ALIKED" if larger else f"{seed}"
+            print(placed_row(label, place(wall.files, larger=larger), wall), flush=True)
     return 0
 
 
@@ -270,8 +313,17 @@ def placed_row(label: str, placed: Placed, wall: OrdinaryWall) -> str:
         str(placed.points),
         f"{placed.seconds:.0f}",
         placed.strategy,
+        *(pairs_cell(placed.pairs.get(name, ()), wall) for name in ("learned", "larger")),
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def pairs_cell(pairs: Collection[Pair], wall: OrdinaryWall) -> str:
+    """Return how many pairs are verified rightly, and how many falsely; "" without any."""
+    rows = {file.name: k for k, file in enumerate(wall.files)}
+    either = np.maximum(wall.overlaps, wall.overlaps.T)
+    right = sum(either[rows[a], rows[b]] > _MIN_OVERLAP for a, b in pairs)
+    return f"{right} + {len(pairs) - right} false" if pairs else ""
 
 
 if __name__ == "__main__":

@@ -50,5 +50,8 @@ def test_a_wall_and_its_row(tmp_path: Path) -> None:
     assert [cv2.imread(str(file)).shape for file in wall.files] == 3 * [(128, 96, 3)]
     assert np.allclose(np.diag(wall.overlaps), 1)
     found = {name: in_other_frame(pose) for name, pose in wall.truth.items()}
-    row = placed_row("1", Placed(found, 70, 12.3, "sift"), wall)
-    assert row == "| 1 | 3 | 3 | 3 | 0 | 70 | 12 | sift |"
+    pairs = {"learned": [("1-00.jpg", "1-01.jpg")]}
+    row = placed_row("1", Placed(found, 70, 12.3, "learned", pairs), wall)
+    both = max(wall.overlaps[0, 1], wall.overlaps[1, 0]) > 0.02
+    cell = "1 + 0 false" if both else "0 + 1 false"
+    assert row == f"| 1 | 3 | 3 | 3 | 0 | 70 | 12 | learned | {cell} |  |"
