@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from benchmarks.ordinary_photos import GYM, PHOTOS, Placed, make_wall, placed_row, right_photos
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+
+from walltopo.images.files import read_rgb
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +48,7 @@ def test_a_wall_and_its_row(tmp_path: Path) -> None:
     gym = replace(GYM, width=3.0, columns=2, routes=2, volumes=0)
     photos = replace(PHOTOS, photos=3, width=96, height=128, samples=1)
     wall = make_wall(tmp_path, 1, gym, photos)
-    assert [cv2.imread(str(file)).shape for file in wall.files] == 3 * [(128, 96, 3)]
+    assert [read_rgb(file).shape for file in wall.files] == 3 * [(128, 96, 3)]
     assert np.allclose(np.diag(wall.overlaps), 1)
     found = {name: in_other_frame(pose) for name, pose in wall.truth.items()}
     pairs = {"learned": [("1-00.jpg", "1-01.jpg")]}

@@ -250,7 +250,7 @@ class _Mapper:
             return Mapped(result, {})
         model = open_model(Path(result.best))
         if not self.posed:
-            barely = drop_barely_linked(model) if tentative else {}
+            barely = drop_barely_linked(model) if job.learned is not None else {}
             self.dropped[result.best] = dropped = barely | drop_weak_photos(model)
             if dropped:
                 model.write(result.best)
