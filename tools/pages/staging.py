@@ -29,6 +29,7 @@ ELSEWHERE = {
     "SECURITY.md": "reporting.md",
     "examples/demo-photos.md": "demo-photos.md",
     "src/walltopo/models/README.md": "model-cards.md",
+    "features/README.md": "larger-features.md",
     "lab/README.md": "lab.md",
     "gym/deploy/README.md": "deploy.md",
     "viewer/README.md": "component.md",
