@@ -6,8 +6,9 @@ import { test } from "./fixtures.mjs";
 import { answered, grave, signIn, tooWide, until, visit, wallDrawn } from "./place.mjs";
 
 const ROUTES = new URL("../src/routes.ts", import.meta.url);
-// A session and a code of a printed card exist where somebody climbed and printed: flows `climbing` and `hall`.
-const ELSEWHERE = /:visit|:code|\*/;
+// A session, a code of a printed card and a judge's link exist where somebody climbed, printed or made one: flows
+// `climbing`, `hall` and `judging`.
+const ELSEWHERE = /:visit|:code|:link|\*/;
 // The same in each test: a repeated request changes nothing.
 const MADE = [1, 2, 3].map((number) => `00000000-0000-4000-8000-00000000000${number}`);
 const LOOKS = {
