@@ -132,6 +132,20 @@ export async function settle(page) {
   await page.waitForFunction(rests, null, { timeout: PATIENCE_MS, polling: 50 });
 }
 
+/** A finger's way over the screen: a list for each finger, all of one length. */
+export async function fingers(page, ...ways) {
+  const client = await page.context().newCDPSession(page);
+  const send = (type, touchPoints) => client.send("Input.dispatchTouchEvent", { type, touchPoints });
+  const at = (step, count = ways.length) => ways.slice(0, count).map((way, id) => ({ ...way[step], id }));
+  for (let count = 1; count <= ways.length; count++) await send("touchStart", at(0, count));
+  for (let step = 1; step < ways[0].length; step++) {
+    await send("touchMove", at(step));
+    await settle(page);
+  }
+  await send("touchEnd", []);
+  await client.detach();
+}
+
 /** Run a function in the page with the element as its first argument. */
 export function ask(page, action, argument) {
   return page.evaluate(

@@ -2,11 +2,8 @@
 
 import assert from "node:assert/strict";
 import { ask, fine, graveFindings, open, placeOf, settle, tapHold, text } from "./browser.mjs";
-import { editor, previewed } from "./editor.mjs";
+import { editor, hold, previewed, route, under } from "./editor.mjs";
 import { test } from "./fixtures.mjs";
-
-const hold = (page, id) => ask(page, (el, number) => el.holds.find((one) => one.id === number) ?? null, id);
-const route = (page, id) => ask(page, (el, number) => el.routes.find((one) => one.id === number) ?? null, id);
 
 /** Draw a finger over the picture, from a place a little to the right. */
 async function draw(page, at) {
@@ -16,17 +13,6 @@ async function draw(page, at) {
   await page.mouse.up();
   await previewed(page);
 }
-
-/** Whose the surface is at a point of the page. */
-const under = (page, at) =>
-  ask(
-    page,
-    (el, { x, y }) => {
-      const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
-      return el.pickAt(x - box.left, y - box.top);
-    },
-    at,
-  );
 
 test("the editor speaks the reader's language, what the server says too", async ({ browser, places: { edit } }) => {
   const { page, log, close } = await editor(browser, edit, { locale: "de-AT" });

@@ -1,6 +1,20 @@
 // A page in edit mode.
 
-import { open } from "./browser.mjs";
+import { ask, open } from "./browser.mjs";
+
+export const hold = (page, id) => ask(page, (el, number) => el.holds.find((one) => one.id === number) ?? null, id);
+export const route = (page, id) => ask(page, (el, number) => el.routes.find((one) => one.id === number) ?? null, id);
+
+/** Whose the surface is at a point of the page. */
+export const under = (page, at) =>
+  ask(
+    page,
+    (el, { x, y }) => {
+      const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+      return el.pickAt(x - box.left, y - box.top);
+    },
+    at,
+  );
 
 /** Wait until the server has previewed the last edit and the result is drawn. */
 export async function previewed(page) {

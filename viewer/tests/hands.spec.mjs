@@ -1,7 +1,7 @@
 // What must hold of the viewer under fingers, mouse and animation.
 
 import assert from "node:assert/strict";
-import { ask, fine, open, outside, placeOf, ready, settle, state, tapHold, text } from "./browser.mjs";
+import { ask, fine, fingers, open, outside, placeOf, ready, settle, state, tapHold, text } from "./browser.mjs";
 import { test } from "./fixtures.mjs";
 
 const PHONE = { width: 390, height: 844, phone: true };
@@ -10,16 +10,9 @@ const distance = ([a, b, c, d, e, f]) => Math.hypot(a - d, b - e, c - f);
 const camera = (page) => ask(page, (wall) => wall.camera);
 
 /** Two fingers from `from` to `to` CSS pixels apart around a point. */
-async function pinch(page, { x, y }, from, to) {
-  const client = await page.context().newCDPSession(page);
-  const points = (apart) => [-1, 1].map((side, id) => ({ x: x + (side * apart) / 2, y, id }));
-  const send = (type, touchPoints) => client.send("Input.dispatchTouchEvent", { type, touchPoints });
-  await send("touchStart", points(from));
-  for (let k = 1; k <= 6; k++) {
-    await send("touchMove", points(from + ((to - from) * k) / 6));
-    await settle(page);
-  }
-  await send("touchEnd", []);
+function pinch(page, { x, y }, from, to) {
+  const way = (side) => [0, 1, 2, 3, 4, 5, 6].map((step) => ({ x: x + (side * (from + ((to - from) * step) / 6)) / 2, y }));
+  return fingers(page, way(-1), way(1));
 }
 
 /** Two taps a tenth of a second apart, however busy this machine is. */
