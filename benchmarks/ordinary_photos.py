@@ -28,15 +28,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.reconstruction_poses import centres
 from benchmarks.registration import cpu_seconds, put_photos
 from benchmarks.smooth_walls import shared_shares
-from walltopo.core import EnvironmentLacksError, InputError, StageError
+from walltopo.core import InputError, StageError
 from walltopo.geometry.colmap import pycolmap
 from walltopo.geometry.similarity import fit_similarity
 from walltopo.pipeline.runner import run_stage
 from walltopo.reconstruct.settings import SparseSettings
 from walltopo.reconstruct.sparse import attempts
-from walltopo.reconstruct.sparse.larger_network import larger_network_files
+from walltopo.reconstruct.sparse.larger_network import require_larger_network
 from walltopo.scans.colmap_model import open_model, read_views
 from walltopo_lab.synth.bodies import Body
 from walltopo_lab.synth.develop import develop, draw_exposure
@@ -202,9 +203,7 @@ def place(files: Sequence[Path], *, larger: bool) -> Placed:
     ------
     EnvironmentLacksError : `larger` is true, and the package is missing.
     """
-    networks = larger_network_files() if larger else None
-    if larger and networks is None:
-        raise EnvironmentLacksError("the larger network is missing", "pip install -e ./features")
+    networks = require_larger_network() if larger else None
     before = cpu_seconds()
     with (
         tempfile.TemporaryDirectory() as work,
@@ -244,8 +243,7 @@ def right_photos(found: Mapping[str, Floats], truth: Mapping[str, Floats]) -> se
     names = sorted(found)
     if len(names) < 3:
         return set()
-    mine = np.array([_centre(found[name]) for name in names])
-    real = np.array([_centre(truth[name]) for name in names])
+    mine, real = (centres(np.array([poses[name] for name in names])) for poses in (found, truth))
     best = np.full(len(names), np.inf)
     for chosen in combinations(range(len(names)), 3):
         rows = list(chosen)
@@ -266,10 +264,6 @@ def right_photos(found: Mapping[str, Floats], truth: Mapping[str, Floats]) -> se
         for name, metres, degrees in zip(names, away, turned, strict=True)
         if metres <= _RIGHT_M and degrees <= _RIGHT_DEG
     }
-
-
-def _centre(pose: Floats) -> Floats:
-    return np.asarray(-pose[:, :3].T @ pose[:, 3])
 
 
 def _apart(mine: Floats, real: Floats, rows: list[int]) -> Floats:

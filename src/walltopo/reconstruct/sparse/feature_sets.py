@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,6 +32,24 @@ class Features:
     xy: Floats
     descriptors: Floats
     size: tuple[int, int]
+
+
+def shrink_photo(
+    photo: NDArray[np.uint8], max_side: int, stride: int, min_side: int
+) -> tuple[Floats, NDArray[np.float64]]:
+    """Return a photo (h, w, 3), reduced for a network, and the photo's pixels per pixel, (2,) x, y.
+
+    Parameters
+    ----------
+    photo : (height, width, 3) uint8.
+    max_side : longer side of the result, about; smaller photos keep their size.
+    stride : number of which the sides are multiples; min_side : a multiple of it.
+    """
+    size = np.array([photo.shape[1], photo.shape[0]])
+    shrink = min(1.0, max_side / size.max())
+    small = [max(min_side, round(side * shrink / stride) * stride) for side in size.tolist()]
+    reduced = cv2.resize(photo, small, interpolation=cv2.INTER_AREA).astype(np.float32)
+    return reduced, size / np.array(small)
 
 
 def match_features(network: Network, a: Features, b: Features) -> NDArray[np.uint32]:

@@ -6,12 +6,12 @@ from importlib.util import find_spec
 from pathlib import Path
 from threading import Lock
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from walltopo.core import EnvironmentLacksError
 from walltopo.images.networks import Network, open_network
-from walltopo.reconstruct.sparse.feature_sets import Features, match_features
+from walltopo.reconstruct.sparse.feature_sets import Features, match_features, shrink_photo
 
 PACKAGE = "walltopo_features"
 _MAX_SIDE = 1024  # px; larger photos are reduced to this longer side, as the authors do
@@ -26,6 +26,21 @@ def larger_network_files() -> tuple[Path, Path] | None:
         return None
     folder = Path(spec.origin).parent
     return folder / "aliked.onnx", folder / "lightglue.onnx"
+
+
+def require_larger_network() -> tuple[Path, Path]:
+    """Return the files of the two networks.
+
+    Raises
+    ------
+    EnvironmentLacksError : their package is not installed.
+    """
+    files = larger_network_files()
+    if files is None:
+        raise EnvironmentLacksError(
+            "the larger network is missing", "pip install 'walltopo[features]'"
+        )
+    return files
 
 
 class Aliked:
@@ -45,14 +60,11 @@ class Aliked:
         max_ : maximum number of features.
         """
         height, width = photo.shape[:2]
-        shrink = min(1.0, _MAX_SIDE / max(height, width))
-        small = [max(2, round(side * shrink / _STRIDE)) * _STRIDE for side in (width, height)]
-        reduced = cv2.resize(photo, small, interpolation=cv2.INTER_AREA).astype(np.float32)
+        reduced, scale = shrink_photo(photo, _MAX_SIDE, _STRIDE, 2 * _STRIDE)
         inputs = {"photo": np.ascontiguousarray(reduced.transpose(2, 0, 1))[None] / 255}
         with self._lock:
             points, scores, descriptors = self._extract.session.run(None, inputs)
         kept = np.flatnonzero(scores > _MIN_SCORE)[:max_]
-        scale = np.array([width / small[0], height / small[1]])
         xy = ((points[kept] + 0.5) * scale).astype(np.float32)
         return Features(xy, descriptors[kept], (width, height))
 

@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from walltopo.core import EnvironmentLacksError
 from walltopo.core.files import shipped_file
 from walltopo.core.parallel import available_cores
 from walltopo.images.files import read_grey, read_rgb
@@ -24,9 +23,10 @@ from walltopo.reconstruct.sparse.feature_sets import (
     Features,
     count_mutual_neighbours,
     match_features,
+    shrink_photo,
 )
 from walltopo.reconstruct.sparse.jobs import ColmapJob, LearnedTask
-from walltopo.reconstruct.sparse.larger_network import Aliked, larger_network_files
+from walltopo.reconstruct.sparse.larger_network import Aliked, require_larger_network
 from walltopo.reconstruct.sparse.pairs import Pair, exhaustive
 from walltopo.reconstruct.sparse.quarter_turns import (
     QUARTERS,
@@ -63,7 +63,7 @@ def add_learned(
     from walltopo.geometry.colmap import pycolmap
 
     xfeat = XFeat()
-    network = _larger_network(job.threads) if learned.larger else xfeat
+    network = Aliked(*require_larger_network(), max(job.threads, 0)) if learned.larger else xfeat
     with ThreadPoolExecutor(job.threads if job.threads > 0 else available_cores()) as pool:
 
         def with_progress(step: str, work: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
@@ -111,15 +111,6 @@ def add_learned(
             for (a, b), matches in zip(pairs, matched, strict=True)
             if add_matches(db, (a, b), matches + np.array([first[a], first[b]]))
         ]
-
-
-def _larger_network(threads: int) -> Aliked:
-    files = larger_network_files()
-    if files is None:
-        raise EnvironmentLacksError(
-            "the larger network is missing", "pip install 'walltopo[features]'"
-        )
-    return Aliked(*files, threads=max(threads, 0))
 
 
 def outside_mask(features: Features, mask: Path, turn: int = 0) -> Features:
@@ -196,11 +187,9 @@ class XFeat:
         max_ : maximum number of features.
         """
         height, width = photo.shape[:2]
-        shrink = min(1.0, _MAX_SIDE / max(height, width))
-        small = [max(1, round(side * shrink / _STRIDE)) * _STRIDE for side in (width, height)]
-        grey = cv2.resize(photo, small, interpolation=cv2.INTER_AREA).astype(np.float32).mean(2)
+        reduced, scale = shrink_photo(photo, _MAX_SIDE, _STRIDE, _STRIDE)
         descriptors, heatmap, reliability = self._extract.session.run(
-            None, {"grey": grey[None, None] / 255}
+            None, {"grey": reduced.mean(2)[None, None] / 255}
         )
         x, y = _peaks(heatmap[0, 0])
         reliabilities = _sample(reliability[0], x, y, cv2.INTER_LINEAR)[:, 0]
@@ -209,7 +198,6 @@ class XFeat:
         x, y = x[order], y[order]
         rows = _sample(descriptors[0], x, y, cv2.INTER_CUBIC)
         length = np.linalg.norm(rows, axis=1, keepdims=True)
-        scale = np.array([width / small[0], height / small[1]])
         xy = (np.stack([x, y], axis=1) + 0.5) * scale
         return Features(xy.astype(np.float32), rows / np.maximum(length, 1e-9), (width, height))
 

@@ -6,6 +6,7 @@ of them, and the photo stays anywhere.
 
 from __future__ import annotations
 
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
@@ -79,15 +80,15 @@ def drop_barely_linked(model: Any) -> dict[str, str]:
     for number, point in model.points3D.items():
         for element in point.track.elements:
             shown[element.image_id].add(number)
-    groups: list[dict[int, int]] = []
+    groups: list[set[int]] = []
     rest = dict(shown)
     while rest:
         groups.append(_linked_group(rest))
         rest = {k: points for k, points in rest.items() if k not in groups[-1]}
-    kept = max(groups, key=len, default={})
+    kept = max(groups, key=len, default=set())
     seen = set().union(*(shown[k] for k in kept))
     reasons = {}
-    for k in sorted(shown.keys() - kept.keys()):
+    for k in sorted(shown.keys() - kept):
         reasons[str(model.images[k].name)] = (
             f"only {len(shown[k] & seen)} points link it to the others: take photos between them"
         )
@@ -95,26 +96,35 @@ def drop_barely_linked(model: Any) -> dict[str, str]:
     return reasons
 
 
-def _linked_group(shown: Mapping[int, set[int]]) -> dict[int, int]:
-    """Return the photos of one group, with the number of points that linked each to it.
+def _linked_group(shown: Mapping[int, set[int]]) -> set[int]:
+    """Return the photos of one group.
 
     Parameters
     ----------
-    shown : the points that each photo shows.
+    shown : the points that each photo shows; photos ascending.
     """
-    pairs = {(a, b): len(shown[a] & shown[b]) for a, b in combinations(sorted(shown), 2)}
-    first = max(pairs, key=lambda pair: pairs[pair], default=None)
+    showing: defaultdict[int, list[int]] = defaultdict(list)
+    for photo, points in shown.items():
+        for point in points:
+            showing[point].append(photo)
+    pairs = Counter(pair for photos in showing.values() for pair in combinations(photos, 2))
+    first = min(pairs, key=lambda pair: (-pairs[pair], pair), default=None)
     if first is None or pairs[first] < _MIN_LINKS:
-        return dict.fromkeys(list(shown)[:1], 0)
-    group = dict.fromkeys(first, pairs[first])
-    seen = shown[first[0]] | shown[first[1]]
-    while len(group) < len(shown):
-        links = {k: len(shown[k] & seen) for k in shown if k not in group}
-        best = max(links, key=lambda k: links[k])
-        if links[best] < _MIN_LINKS:
-            break
-        group[best] = links[best]
-        seen = seen | shown[best]
+        return set(list(shown)[:1])
+    group: set[int] = set()
+    seen: set[int] = set()
+    links = dict.fromkeys(shown, 0)  # points that a photo shares with the group
+    joining = list(first)
+    while joining:
+        photo = joining.pop()
+        group.add(photo)
+        for point in shown[photo] - seen:
+            for other in showing[point]:
+                links[other] += 1
+        seen |= shown[photo]
+        if not joining:
+            linked = [k for k in shown if k not in group and links[k] >= _MIN_LINKS]
+            joining = [max(linked, key=lambda k: links[k])] if linked else []
     return group
 
 

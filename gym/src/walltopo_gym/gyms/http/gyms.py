@@ -12,7 +12,6 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import AnyoneMay, SignedInMay
-from walltopo_gym.accounts.audit import log_change
 from walltopo_gym.accounts.models import AuditEntry
 from walltopo_gym.api.fields import Body, Name, Slug, Text
 from walltopo_gym.api.paging import Cursor, Page, Size, page_of
@@ -151,9 +150,7 @@ def change_gym(body: GymChange, session: Db, access: OwnerMay) -> GymOut:
         setattr(gym, name, value)
     if gym.time_zone != zone:  # its days begin otherwise
         publish_event(session, DaysChanged(gym.id))
-    log_change(
-        session, "gym.change", person=access.actor.known, gym=gym.id, subject=gym.slug, **changes
-    )
+    access.log_change(session, "gym.change", gym.slug, **changes)
     return gym_out(gym, access.role)
 
 
