@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -137,3 +138,15 @@ def test_doctor_names_the_line_that_mends(
         assert by_topic[f"extra {extra}"]["state"] == "missing"
         assert by_topic[f"extra {extra}"]["install"] == f"pip install 'walltopo[{extra}]'"
     assert by_topic["Chromium"]["install"] == "sudo apt-get install chromium"
+
+
+@pytest.mark.parametrize(("before", "after"), [(None, "1"), ("4", "4")])
+def test_small_products_run_in_one_thread(
+    before: str | None, after: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS")
+    if before is not None:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", before)
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert os.environ["OPENBLAS_NUM_THREADS"] == after

@@ -15,6 +15,7 @@ from walltopo.geometry.graphs import components, duplicate_faces, renumber
 from walltopo.geometry.mesh_check import check_mesh
 from walltopo.geometry.topology import (
     boundary_loops,
+    bounds_by_group,
     close_loops,
     compact_vertices,
     edges_of,
@@ -164,3 +165,15 @@ def test_hardly_any_faces(count: int) -> None:
     assert face_components(faces).tolist() == [0] * count
     assert face_neighbours(faces).tolist() == [[-1] * 3] * count
     assert len(boundary_loops(faces)) == count
+
+
+@given(st.integers(0, 40), st.integers(0, 2**32 - 1))
+def test_bounds_of_groups_are_those_of_each_groups_points(count: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    group = rng.integers(0, 6, count)
+    points = rng.normal(size=(count, 3, 2)).astype(np.float32)
+    low, high = bounds_by_group(group, points, 7)
+    for k in range(7):
+        mine = points[group == k].reshape(-1, 2)
+        assert low[k].tolist() == mine.min(axis=0, initial=np.inf).tolist()
+        assert high[k].tolist() == mine.max(axis=0, initial=-np.inf).tolist()

@@ -402,3 +402,23 @@ def _shared(faces: Any, values: Any, vertices: Any) -> Any:
                 count += 1
             number[corner // 3, corner % 3] = count - 1
     return first[:count].copy(), number
+
+
+def bounds_by_group(
+    group: NDArray[np.integer], points: NDArray[np.floating], count: int
+) -> tuple[Floats, Floats]:
+    """Return the (count, k) lowest and highest coordinates of each group; inf, -inf if it is empty.
+
+    Parameters
+    ----------
+    group : (n,) group of each item, from 0 to `count` - 1.
+    points : (n, m, k) points of each item.
+    """
+    low = np.full((count, points.shape[2]), np.inf)
+    high = -low
+    order = np.argsort(group, kind="stable")
+    ordered = group[order]
+    starts = np.flatnonzero(np.diff(ordered, prepend=-1))
+    low[ordered[starts]] = np.minimum.reduceat(points.min(axis=1)[order], starts)
+    high[ordered[starts]] = np.maximum.reduceat(points.max(axis=1)[order], starts)
+    return low, high

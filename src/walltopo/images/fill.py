@@ -25,8 +25,10 @@ def fill_gaps(picture: NDArray[np.uint8], known: NDArray[np.bool_]) -> NDArray[n
     source = np.flatnonzero(known)
     lookup = np.zeros(int(nearest.max()) + 1, dtype=np.int64)
     lookup[nearest.ravel()[source]] = source
-    filled = picture.reshape(-1, 3)[lookup[nearest.ravel()]]
-    return np.ascontiguousarray(filled.reshape(picture.shape))
+    filled = picture.reshape(-1, 3).copy()
+    unknown = np.flatnonzero(~known)
+    filled[unknown] = filled[lookup[nearest.ravel()[unknown]]]
+    return filled.reshape(picture.shape)
 
 
 def spread_colours(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh
 from walltopo.geometry.graphs import linked_components
-from walltopo.geometry.topology import joined_meshes, part_of_mesh
+from walltopo.geometry.topology import bounds_by_group, joined_meshes, part_of_mesh
 from walltopo.images.packing import fit_scale, pack_rows
 
 Floats = NDArray[np.float64]
@@ -92,10 +92,7 @@ def _chart_boxes(part: Part) -> _Boxes:
     _, chart = np.unique(group[node[:, 0]], return_inverse=True)
     size = np.array(part.image.shape[1::-1], dtype=np.float64)
     pixels, charts = uv * size, int(chart.max(initial=-1)) + 1
-    low, high = np.full((charts, 2), np.inf), np.full((charts, 2), -np.inf)
-    for corner in range(3):
-        np.minimum.at(low, chart, pixels[:, corner])
-        np.maximum.at(high, chart, pixels[:, corner])
+    low, high = bounds_by_group(chart, pixels, charts)
     bounds = np.stack([np.floor(low), np.ceil(high) + 1], axis=1)
     return _Boxes(chart.astype(np.int32), bounds.astype(np.int64))
 

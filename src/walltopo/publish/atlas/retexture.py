@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.geometry.kernels import in_ranges, kernel
-from walltopo.geometry.topology import face_neighbours, patches, shared_corners
+from walltopo.geometry.topology import (
+    bounds_by_group,
+    face_neighbours,
+    patches,
+    shared_corners,
+)
 from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
 from walltopo.publish.atlas.charts import choose_directions, label_triangles
@@ -140,9 +145,7 @@ def retexture(
     for k, view in enumerate(axes):
         flat[label == k] = view.flat(corner[label == k])
     count = int(chart.max()) + 1
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, chart, flat.min(axis=1))
-    np.maximum.at(high, chart, flat.max(axis=1))
+    low, high = bounds_by_group(chart, flat, count)
     direction = np.zeros(count, dtype=np.int64)
     direction[chart] = label
     max_scale = side / max(float((high - low).max()), 1e-9)

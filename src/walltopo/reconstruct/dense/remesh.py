@@ -15,6 +15,7 @@ from walltopo.geometry.graphs import duplicate_faces, symmetric_matrix
 from walltopo.geometry.kernels import kernel
 from walltopo.geometry.topology import (
     boundary_loops,
+    bounds_by_group,
     close_loops,
     compact_vertices,
     edge_lengths,
@@ -260,11 +261,7 @@ def drop_fragments(mesh: Mesh, min_diameter: float) -> Mesh:
     """Remove connected components whose bounding box has a diagonal below `min_diameter`."""
     part = face_components(mesh.faces)
     count = int(part.max(initial=-1)) + 1
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    for corner in range(3):
-        points = mesh.vertices[mesh.faces[:, corner]]
-        np.minimum.at(low, part, points)
-        np.maximum.at(high, part, points)
+    low, high = bounds_by_group(part, mesh.vertices[mesh.faces], count)
     keep = np.linalg.norm(high - low, axis=1) >= min_diameter
     return Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep[part]]))
 

@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import Mesh, Progress, StageError, View
 from walltopo.core.parallel import map_ahead
-from walltopo.geometry.topology import face_neighbours, patches, shared_corners
+from walltopo.geometry.topology import (
+    bounds_by_group,
+    face_neighbours,
+    patches,
+    shared_corners,
+)
 from walltopo.images.fill import fill_gaps
 from walltopo.images.packing import fit_scale
 from walltopo.reconstruct.settings import TextureSettings
@@ -203,10 +208,7 @@ def _pack_charts(
         )
     _, number = np.unique(chart[seen], return_inverse=True)
     count = int(number.max()) + 1
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    for corner in range(3):
-        np.minimum.at(low, number, pixels[seen, corner])
-        np.maximum.at(high, number, pixels[seen, corner])
+    low, high = bounds_by_group(number, pixels[seen], count)
     cells, cell_side = unseen_cells(len(flat) - len(seen))
     scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _MIN_SCALE, cell_side)
     place = packed + _GUTTER
