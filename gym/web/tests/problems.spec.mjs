@@ -70,7 +70,7 @@ test("a problem is made, climbed, remixed, reported, and becomes a route", async
   }
   // A second tap with the same mark takes it back.
   await tap(page, top, page.getByText("Mark one to four start holds"));
-  await tap(page, top, page.getByText(/In reach|Out of reach/));
+  await tap(page, top, page.getByText(/Within reach|Out of reach/));
   await page.getByLabel("Name").fill("Tiny traverse");
   await page.getByLabel("Grade (optional)").selectOption({ index: 3 });
   await check(maker, "problem-maker");
@@ -169,7 +169,7 @@ test("a problem is made by keys alone", async ({ browser, places }) => {
   await wall.press("Enter");
   await mark(page, "Top").getByText("1").waitFor();
   await heard.filter({ hasText: "Top" }).waitFor({ state: "attached" });
-  await page.getByText(/In reach|Out of reach/).waitFor();
+  await page.getByText(/Within reach|Out of reach/).waitFor();
   await maker.shot("problem-by-keys");
   // The moves of a body, and holds that would open it to shorter ones.
   await page.getByRole("button", { name: "Suggested moves" }).click();
