@@ -73,7 +73,7 @@ def test_a_filmed_climb_is_read_by_the_commands(tiny_scan: Path, tmp_path: Path)
     assert (found["clips"], found["read"]) == (1, 1)
     assert found["camera_median_px"] < 5
     assert found["hands"]["true"] == sum(one.limb < 2 for one in truth.contacts)
-    # How well clips are read is measured on many (docs/clips.md); one clip has a handful of contacts.
+    # How well clips are read is measured on many (docs/clips.md); one clip has few contacts.
     assert found["hands"]["recall"] > 0.1
 
 
