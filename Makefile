@@ -14,7 +14,7 @@ TRAIN_ENV := OMP_NUM_THREADS=1 MALLOC_MMAP_THRESHOLD_=4000000000 MALLOC_TRIM_THR
 # Processes that the tests run in: more than two cores, because browsers and servers wait much. 0: in this one.
 WORKERS ?= 3
 
-.PHONY: help web demo gym dev test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package clients sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export
+.PHONY: help web demo gym dev test test-all coverage docs-check count audit test-ultralytics test-pythons lint docs site wheels sbom npm-package clients sums sign release-check containers film moves-film viewer app pictures system system-venv system-compiler browser database clean train train-export train-quantize
 .DEFAULT_GOAL := help
 
 help:
@@ -28,6 +28,7 @@ help:
 	@echo "make test-pythons       the quick tests on Python 3.12 and 3.13, where they are installed"
 	@echo "make train    train the shipped detector on one core until it is stopped; goes on where it stopped"
 	@echo "make train-export   export what it learnt, compare it with the shipped network (EXPORT=--replace)"
+	@echo "make train-quantize   quantize the shipped network, compare the two (EXPORT=--replace)"
 	@echo "make lint     ruff, mypy, import floors"
 	@echo "make docs-check   pages against the code, the tests and the records"
 	@echo "make count    lines of code and files of each package"
@@ -248,6 +249,11 @@ train: $(VENV)/dev-ready
 # Training may go on meanwhile. EXPORT=--replace replaces the shipped network if the new one is better.
 train-export: $(VENV)/dev-ready
 	OMP_NUM_THREADS=1 $(BIN)/python -m walltopo_lab.train.shipped export \
+	  --data $(DATA) --state $(TRAIN_DIR) $(EXPORT)
+
+# Quantizes the shipped network. EXPORT=--replace ships the result if it is hardly less accurate.
+train-quantize: $(VENV)/dev-ready
+	OMP_NUM_THREADS=1 $(BIN)/python -m walltopo_lab.train.shipped quantize \
 	  --data $(DATA) --state $(TRAIN_DIR) $(EXPORT)
 
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)

@@ -9,7 +9,7 @@ Times for publication need an otherwise idle machine; CPU time hardly depends on
 
 `valid` is hold-boxes/valid, `masks` is hold-masks (a gym in no training photo), `spraywall` the two
 labelled photos of that wall. `python -m benchmarks.detectors --time` measures only
-time.
+time, `--precisions` compares the shipped network with its quantized copy in one run.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,14 +104,44 @@ def bin_of(box: NDArray[np.float64]) -> int:
     return next(k for k, (low, high) in enumerate(BINS) if low <= side < high)
 
 
-def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> None:
-    """Print all figures of one set, or of every n-th photo of it."""
+def read_labelled(path: Path, every: int = 1) -> Dataset:
+    """Return the labelled photos of a set, or every n-th of them."""
     truth = read_dataset(path)
     labelled = tuple(p for p in truth.photos if p.annotations and p.path is not None)
     # A YOLO folder without a data.yaml names no classes; all sets here use the same numbers.
-    truth = Dataset(labelled[::every], {1: "hold", 2: "volume"})
+    return Dataset(labelled[::every], {1: "hold", 2: "volume"})
+
+
+def look_at(truth: Dataset, settings: DetectSettings) -> tuple[Detector, Outcome]:
+    """Return the detector and what it finds down to a low score."""
     detector = open_detector(replace(settings, score=LOW_SCORE))
-    outcome = detect_photos(detector, [p.path for p in truth.photos if p.path is not None])
+    return detector, detect_photos(detector, [p.path for p in truth.photos if p.path is not None])
+
+
+def compare_precisions(data: Path, settings: DetectSettings, every: int) -> None:
+    """Print AP50 (mean of the classes) and time of float32 and 8-bit numbers."""
+    print("| numbers | `valid`, boxes | `masks`, boxes | `masks`, masks | CPU-s a photo |")
+    print("|---|---|---|---|---|")
+    precisions: tuple[Literal["float", "int8"], ...] = ("float", "int8")
+    for precision in precisions:
+        cells, cpu = [], []
+        for name in ("valid", "masks"):
+            truth = read_labelled(data / SETS[name], every)
+            detector, outcome = look_at(truth, replace(settings, precision=precision))
+            cpu += outcome.cpu[1:]
+            boxes = as_dataset(truth, outcome.found, detector.classes, masks=False)
+            cells.append(evaluate_detections(boxes, plain_boxes(truth)).boxes["mean"].ap50)
+            if name == "masks":
+                masks = as_dataset(truth, outcome.found, detector.classes, masks=True)
+                cells.append(evaluate_detections(masks, truth).masks["mean"].ap50)
+        values = " | ".join(f"{value:.3f}" for value in cells)
+        print(f"| {precision} | {values} | {np.median(cpu):.3f} |")
+
+
+def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> None:
+    """Print all figures of one set, or of every n-th photo of it."""
+    truth = read_labelled(path, every)
+    detector, outcome = look_at(truth, settings)
     print(f"{name}: {len(truth.photos)} photos, {detector.description}\n")
     print(
         "| | AP50 | AP | AP75 | AR | recall over 40 px | objects |\n|---|---|---|---|---|---|---|"
@@ -146,10 +177,19 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--every", type=int, default=1, help="look at every n-th photo only")
     parser.add_argument("--time", action="store_true", help="only time, on the gym-a photos")
+    parser.add_argument("--precision", default="auto", choices=("auto", "float", "int8"))
+    parser.add_argument("--precisions", action="store_true", help="compare float and int8")
     args = parser.parse_args()
     settings = DetectSettings(
-        model=args.model, size=args.size, again=args.again, threads=args.threads
+        model=args.model,
+        size=args.size,
+        again=args.again,
+        threads=args.threads,
+        precision=args.precision,
     )
+    if args.precisions:
+        compare_precisions(args.data, settings, args.every)
+        return
     if args.time:
         photos = sorted((args.data / "gym-a" / "photos").iterdir())[:12]
         print_time(detect_photos(open_detector(settings), photos))

@@ -9,6 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from walltopo.core import EnvironmentLacksError, InputError
 
 
@@ -114,16 +116,32 @@ def open_network(path: Path, device: str = "cpu", threads: int = 0) -> Network:
     return Network(path, session, dict(session.get_modelmeta().custom_metadata_map))
 
 
-def _execution_providers(device: str) -> list[str]:
-    """Return the execution providers of a device."""
+_INTEGER_PRODUCTS = {"AVX512_CLX", "AVX512_ICL", "AVX512_SPR"}  # NumPy's groups with AVX512_VNNI
+
+
+def has_integer_products() -> bool:
+    """Return whether the processor has fast dot products of 8-bit integers (AVX-512 VNNI).
+
+    ONNX Runtime uses such instructions of other processors, too, but nobody measured those.
+    """
+    found = np.show_config(mode="dicts") or {}
+    return not _INTEGER_PRODUCTS.isdisjoint(found.get("SIMD Extensions", {}).get("found", ()))
+
+
+def runs_on_gpu(device: str) -> bool:
+    """Return whether a network on a device ("cpu", "cuda", "auto") runs on a GPU here."""
     import onnxruntime
 
-    available = onnxruntime.get_available_providers()
-    has_gpu = "CUDAExecutionProvider" in available
+    return device != "cpu" and "CUDAExecutionProvider" in onnxruntime.get_available_providers()
+
+
+def _execution_providers(device: str) -> list[str]:
+    """Return the execution providers of a device."""
+    has_gpu = runs_on_gpu(device)
     if device == "cuda" and not has_gpu:
         raise EnvironmentLacksError(
             "--device cuda is set, but this ONNX Runtime has no CUDA provider",
             "Install onnxruntime-gpu in place of onnxruntime, or use --device cpu.",
         )
-    gpu = ["CUDAExecutionProvider"] if has_gpu and device != "cpu" else []
+    gpu = ["CUDAExecutionProvider"] if has_gpu else []
     return [*gpu, "CPUExecutionProvider"]

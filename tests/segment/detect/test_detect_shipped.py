@@ -6,18 +6,21 @@ import colorsys
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import cv2
 import numpy as np
 import pytest
 
 from walltopo.core import EnvironmentLacksError, InputError, Silent
+from walltopo.images import networks
 from walltopo.images.files import read_rgb
+from walltopo.images.networks import open_network
 from walltopo.pipeline.runner import run_stage
 from walltopo.scans.detections import Detections
 from walltopo.scans.folder import ScanFolder
 from walltopo.scans.photos import Photo, PhotoList
-from walltopo.segment.detect.detector import open_detector, shipped_model
+from walltopo.segment.detect.detector import open_detector, shipped_model, shipped_quantized
 from walltopo.segment.detect.onnx_detector import OnnxDetector, prepare
 from walltopo.segment.detect.photo_detections import box_iou
 from walltopo.segment.detect.photos import detect_photos, photos_in
@@ -37,9 +40,48 @@ def painted_wall(width: int = 640, height: int = 480) -> np.ndarray:
     return np.clip(wall + noise, 0, 255).astype(np.uint8)
 
 
-@pytest.fixture(scope="module")
-def detector() -> OnnxDetector:
-    return OnnxDetector(shipped_model(), DetectSettings(size=640, threads=1))
+@pytest.fixture(scope="module", params=["float", "int8"])
+def detector(request: pytest.FixtureRequest) -> OnnxDetector:
+    settings = DetectSettings(size=640, threads=1, precision=request.param)
+    found = open_detector(settings)
+    assert isinstance(found, OnnxDetector)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("precision", "found", "gpu", "file"),
+    [
+        ("auto", ["X86_V3", "AVX512_ICL"], False, "holds-int8.onnx"),
+        ("auto", ["X86_V3"], False, "holds.onnx"),
+        ("auto", ["X86_V3", "AVX512_ICL"], True, "holds.onnx"),
+        ("float", ["X86_V3", "AVX512_ICL"], False, "holds.onnx"),
+        ("int8", ["ASIMDHP"], False, "holds-int8.onnx"),
+    ],
+)
+def test_the_quantized_network_runs_where_it_is_faster(
+    precision: Literal["auto", "float", "int8"],
+    found: list[str],
+    gpu: bool,
+    file: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(np, "show_config", lambda mode: {"SIMD Extensions": {"found": found}})
+    monkeypatch.setattr(networks, "runs_on_gpu", lambda device: gpu)
+    monkeypatch.setattr(networks, "_execution_providers", lambda device: ["CPUExecutionProvider"])
+    detector = open_detector(DetectSettings(precision=precision))
+    assert isinstance(detector, OnnxDetector)
+    assert detector.model.path.name == file
+
+
+def test_the_quantized_network_is_made_of_the_shipped_one() -> None:
+    plain, quantized = (
+        open_network(path).metadata for path in (shipped_model(), shipped_quantized())
+    )
+    calibrated = {"scores", "offset"}
+    assert plain.keys() == quantized.keys()
+    assert {k: v for k, v in plain.items() if k not in calibrated} == {
+        k: v for k, v in quantized.items() if k not in calibrated
+    }
 
 
 def test_metadata_say_how_to_use_it(detector: OnnxDetector) -> None:

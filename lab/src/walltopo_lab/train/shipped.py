@@ -1,4 +1,4 @@
-"""Training of the shipped detector without end: `make train`, `make train-export`.
+"""Training of the shipped detector without end, and its quantization: `make train` and others.
 
 The state is outside the checkout, so that any later checkout can resume it: prepared
 photos, rendered gyms, checkpoint and page. A run may be killed at any moment; the next one resumes
@@ -22,7 +22,8 @@ from walltopo.core import InputError, Progress
 from walltopo.core.files import read_json, write_json
 from walltopo.core.locks import take_lock
 from walltopo.images.networks import open_network
-from walltopo.segment.detect.detector import shipped_model
+from walltopo.segment.detect.detector import shipped_model, shipped_quantized
+from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.choose import check_on
@@ -32,10 +33,12 @@ from walltopo_lab.train.outlines import redraw
 from walltopo_lab.train.pack import write_pack
 from walltopo_lab.train.page import write_page
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
+from walltopo_lab.train.quantize import calibration_inputs, quantize
 from walltopo_lab.train.sets import LabelledSet, drop_photos
 from walltopo_lab.train.shipped_export import (
     Comparison,
     compare,
+    compare_files,
     comparison_table,
     replace_shipped,
 )
@@ -52,6 +55,9 @@ Show = Callable[[str], None]
 # An endless run; the averaged weights span at most 2,000 steps.
 AUGMENT = AugmentSettings(paste=0.35, mosaic=0.08, scale_low=0.42, scale_high=2.5, degrade=0.3)
 SETTINGS = TrainSettings(minutes=0.0, rate=5e-4, ema=0.9995, check_every=30.0)
+
+CALIBRATION_PHOTOS = 64
+MAX_QUANTIZATION_LOSS = 0.003  # AP50 of boxes, mean of the classes, on the validation photos
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,10 @@ class State:
     @property
     def exported(self) -> Path:
         return self.folder / "holds.onnx"
+
+    @property
+    def quantized(self) -> Path:
+        return self.folder / "holds-int8.onnx"
 
     @property
     def page(self) -> Path:
@@ -195,6 +205,21 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     return compare(run, parts, shipped_model(), state.exported, progress)
 
 
+def quantize_shipped(data: Path, state: State, progress: Progress) -> Comparison:
+    """Quantize the shipped network to the state's `holds-int8.onnx`; compare the two.
+
+    Raises
+    ------
+    InputError : a set is missing.
+    """
+    sets, _ = open_shipped_sets(data, state.rendered, state.prepared, progress)
+    photos = [(item.folder, name) for item in sets for name in item.train]
+    chosen = [photos[int(k)] for k in np.linspace(0, len(photos) - 1, CALIBRATION_PHOTOS)]
+    progress.step("quantization")
+    quantize(shipped_model(), calibration_inputs(chosen, DetectSettings()), state.quantized)
+    return compare_files(state.quantized, validation_parts(sets), shipped_model(), progress)
+
+
 def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
     """Write the sets of the shipped detector as a pack; return its size in bytes.
 
@@ -217,6 +242,21 @@ def _export_network(args: argparse.Namespace, state: State, progress: Progress, 
     show("The exported network is better." if made.is_better else "The shipped network is better.")
     if args.replace and replace_shipped(made, state.exported, shipped_model()):
         show(f"It replaces {shipped_model().name}. Put the table into the model card.")
+        show("Make its quantized copy anew, too: `make train-quantize EXPORT=--replace`.")
+
+
+def _quantize_network(
+    args: argparse.Namespace, state: State, progress: Progress, show: Show
+) -> None:
+    """Quantize the shipped network, print the comparison and, if requested, ship the result."""
+    made = quantize_shipped(args.data, state, progress)
+    show(comparison_table(made))
+    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+    show(f"The mean of the classes changes by {made.gain:+.4f}.")
+    if args.replace and replace_shipped(
+        made, state.quantized, shipped_quantized(), MAX_QUANTIZATION_LOSS
+    ):
+        show(f"It replaces {shipped_quantized().name}. Put the table into the model card.")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -234,9 +274,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 size = pack(args.data, state, args.out, progress)
                 console.print(f"{args.out}: {size / 1e6:.1f} MB", soft_wrap=True)
             else:
-                _export_network(
-                    args, state, progress, lambda text: console.print(text, soft_wrap=True)
-                )
+                act = _quantize_network if args.what == "quantize" else _export_network
+                act(args, state, progress, lambda text: console.print(text, soft_wrap=True))
         except InputError as error:
             console.print(f"{error}\n{error.hint or ''}", style="red", soft_wrap=True)
             return 1
@@ -247,13 +286,16 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument(
         "what",
-        choices=("run", "export", "pack"),
-        help="train, export and compare, or write the sets as one file for another machine",
+        choices=("run", "export", "quantize", "pack"),
+        help="train; export and compare; quantize the shipped network and compare; or write the "
+        "sets as one file for another machine",
     )
     parser.add_argument("--data", type=Path, required=True, help="folder of the labelled sets")
     parser.add_argument("--state", type=Path, required=True, help="folder of the run's state")
     parser.add_argument(
-        "--replace", action="store_true", help="export: replace the shipped file by a better one"
+        "--replace",
+        action="store_true",
+        help="export, quantize: replace the shipped file if the comparison allows",
     )
     parser.add_argument(
         "--out", type=Path, default=Path("shipped.pack"), help="pack: file to write"

@@ -54,8 +54,13 @@ class Comparison:
     settings: Figures
 
     @property
+    def gain(self) -> float:
+        """Return by how much the exported file's mean over the classes is higher."""
+        return self.exported["all"]["score"] - self.shipped["all"]["score"]
+
+    @property
     def is_better(self) -> bool:
-        return self.exported["all"]["score"] > self.shipped["all"]["score"]
+        return self.gain > 0
 
 
 def _by_part(found: Sequence[PhotoDetections], parts: Sequence[Part]) -> dict[str, Figures]:
@@ -83,7 +88,6 @@ def compare(
 
     The thresholds are chosen on the same photos; AP, which has no threshold, decides.
     """
-    photos = _all(parts).photos
     facts: dict[str, Any] = {
         "version": f"step {run.step}",
         "size": run.average.size.as_dict(),
@@ -92,8 +96,21 @@ def compare(
     }
     run.average.eval()
     export_onnx(run.average, out, facts)
-    settings, found = calibrate(out, photos, progress)
-    exported = _by_part(found, parts)
+    return compare_files(out, parts, shipped, progress)
+
+
+def compare_files(
+    exported: Path, parts: Sequence[Part], shipped: Path, progress: Progress
+) -> Comparison:
+    """Calibrate an exported network on the validation photos and compare it with the shipped one.
+
+    Parameters
+    ----------
+    exported : its thresholds and offset are written into its metadata.
+    """
+    photos = _all(parts).photos
+    settings, found = calibrate(exported, photos, progress)
+    new = _by_part(found, parts)
     detector = OnnxDetector(shipped, replace(DetectSettings(), score=LOW_SCORE))
     progress.step("shipped network", len(photos))
     found = []
@@ -101,7 +118,7 @@ def compare(
         found.append(look_at(detector, open_cache(folder, name)))
         progress.advance()
     counts = {part.name: len(part.photos) for part in [*parts, _all(parts)]}
-    return Comparison(counts, _by_part(found, parts), exported, settings)
+    return Comparison(counts, _by_part(found, parts), new, settings)
 
 
 def _cell(before: float | None, after: float | None) -> str:
@@ -123,9 +140,17 @@ def comparison_table(comparison: Comparison) -> str:
     return "\n".join(lines)
 
 
-def replace_shipped(comparison: Comparison, exported: Path, shipped: Path) -> bool:
-    """Copy the exported file over the shipped one if it is better; return whether it is."""
-    if comparison.is_better:
+def replace_shipped(
+    comparison: Comparison, exported: Path, shipped: Path, max_loss: float = 0.0
+) -> bool:
+    """Copy the exported file over a shipped one if it loses less than `max_loss` of AP50.
+
+    Returns
+    -------
+    Whether it was copied.
+    """
+    replaces = comparison.gain > -max_loss
+    if replaces:
         with atomic_path(shipped) as temporary:
             shutil.copyfile(exported, temporary)
-    return comparison.is_better
+    return replaces

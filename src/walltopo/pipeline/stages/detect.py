@@ -47,5 +47,5 @@ def run(reads: Reads, settings: DetectSettings, context: Context) -> Writes:
     return Writes(*detect_photos(photos, open_detector(settings), context.progress, hidden=hidden))
 
 
-MODELS = ("holds.onnx",)
+MODELS = ("holds.onnx", "holds-int8.onnx")
 DETECT = Stage("detect", Reads, Writes, run, check, version=3, models=MODELS, cost=Cost(2, 0.46))
