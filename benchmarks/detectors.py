@@ -29,7 +29,7 @@ from walltopo.segment.detect.photo_detections import PhotoDetections, box_iou
 from walltopo.segment.settings import DetectSettings
 from walltopo_lab.datasets.model import Dataset, Photo
 from walltopo_lab.datasets.read import read_dataset
-from walltopo_lab.evaluate.detector import DetectorFigures, evaluate_detections
+from walltopo_lab.evaluate.detector import DetectorFigures, DetectorMetrics, evaluate_detections
 from walltopo_lab.evaluate.looks import LOW_SCORE, Outcome, as_dataset, detect_photos, plain_boxes
 
 SETS = {
@@ -118,22 +118,32 @@ def look_at(truth: Dataset, settings: DetectSettings) -> tuple[Detector, Outcome
     return detector, detect_photos(detector, [p.path for p in truth.photos if p.path is not None])
 
 
+def box_metrics(truth: Dataset, detector: Detector, outcome: Outcome) -> DetectorMetrics:
+    """Return the metrics of the network's own boxes."""
+    found = as_dataset(truth, outcome.found, detector.classes, masks=False)
+    return evaluate_detections(found, plain_boxes(truth))
+
+
+def mask_metrics(truth: Dataset, detector: Detector, outcome: Outcome) -> DetectorMetrics:
+    """Return the metrics of the masks, and of the boxes around them."""
+    found = as_dataset(truth, outcome.found, detector.classes, masks=True)
+    return evaluate_detections(found, truth)
+
+
 def compare_precisions(data: Path, settings: DetectSettings, every: int) -> None:
     """Print AP50 (mean of the classes) and time of float32 and 8-bit numbers."""
     print("| numbers | `valid`, boxes | `masks`, boxes | `masks`, masks | CPU-s a photo |")
     print("|---|---|---|---|---|")
+    sets = {name: read_labelled(data / SETS[name], every) for name in ("valid", "masks")}
     precisions: tuple[Literal["float", "int8"], ...] = ("float", "int8")
     for precision in precisions:
         cells, cpu = [], []
-        for name in ("valid", "masks"):
-            truth = read_labelled(data / SETS[name], every)
+        for name, truth in sets.items():
             detector, outcome = look_at(truth, replace(settings, precision=precision))
             cpu += outcome.cpu[1:]
-            boxes = as_dataset(truth, outcome.found, detector.classes, masks=False)
-            cells.append(evaluate_detections(boxes, plain_boxes(truth)).boxes["mean"].ap50)
+            cells.append(box_metrics(truth, detector, outcome).boxes["mean"].ap50)
             if name == "masks":
-                masks = as_dataset(truth, outcome.found, detector.classes, masks=True)
-                cells.append(evaluate_detections(masks, truth).masks["mean"].ap50)
+                cells.append(mask_metrics(truth, detector, outcome).masks["mean"].ap50)
         values = " | ".join(f"{value:.3f}" for value in cells)
         print(f"| {precision} | {values} | {np.median(cpu):.3f} |")
 
@@ -146,11 +156,9 @@ def report(name: str, path: Path, settings: DetectSettings, every: int = 1) -> N
     print(
         "| | AP50 | AP | AP75 | AR | recall over 40 px | objects |\n|---|---|---|---|---|---|---|"
     )
-    boxes = as_dataset(truth, outcome.found, detector.classes, masks=False)
-    print(*coco_rows("boxes", evaluate_detections(boxes, plain_boxes(truth)).boxes), sep="\n")
+    print(*coco_rows("boxes", box_metrics(truth, detector, outcome).boxes), sep="\n")
     if all(f.masks for f in outcome.found if len(f)):
-        masks = as_dataset(truth, outcome.found, detector.classes, masks=True)
-        figures = evaluate_detections(masks, truth)
+        figures = mask_metrics(truth, detector, outcome)
         rows = [*coco_rows("masks", figures.masks), *coco_rows("boxes around masks", figures.boxes)]
         print(*rows, sep="\n")
     least = thresholds(open_detector(settings))

@@ -172,7 +172,7 @@ def test_bounds_of_groups_are_those_of_each_groups_points(count: int, seed: int)
     rng = np.random.default_rng(seed)
     group = rng.integers(0, 6, count)
     points = rng.normal(size=(count, 3, 2)).astype(np.float32)
-    low, high = bounds_by_group(group, points, 7)
+    low, high = bounds_by_group(group, points.swapaxes(0, 1), 7)
     for k in range(7):
         mine = points[group == k].reshape(-1, 2)
         assert low[k].tolist() == mine.min(axis=0, initial=np.inf).tolist()

@@ -141,10 +141,10 @@ def _accelerators() -> Iterator[Finding]:
             "COLMAP", has_cuda(), "dense backend `colmap`", "pycolmap", "pycolmap-cuda12"
         )
     if importlib.util.find_spec("onnxruntime"):
-        import onnxruntime
+        from walltopo.images.networks import runs_on_gpu
 
-        cuda = "CUDAExecutionProvider" in onnxruntime.get_available_providers()
-        yield _for_gpu("detection", cuda, "detection", "onnxruntime", "onnxruntime-gpu")
+        able = runs_on_gpu("auto")
+        yield _for_gpu("detection", able, "detection", "onnxruntime", "onnxruntime-gpu")
 
 
 def _for_gpu(topic: str, able: bool, what: str, plain: str, other: str) -> Finding:

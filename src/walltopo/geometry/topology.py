@@ -405,20 +405,25 @@ def _shared(faces: Any, values: Any, vertices: Any) -> Any:
 
 
 def bounds_by_group(
-    group: NDArray[np.integer], points: NDArray[np.floating], count: int
+    group: NDArray[np.integer], corners: Iterable[NDArray[np.floating]], count: int
 ) -> tuple[Floats, Floats]:
     """Return the (count, k) lowest and highest coordinates of each group; inf, -inf if it is empty.
 
     Parameters
     ----------
     group : (n,) group of each item, from 0 to `count` - 1.
-    points : (n, m, k) points of each item.
+    corners : (n, k) points of the items, one array per corner; each is read once, so that a
+        generator bounds the memory.
     """
-    low = np.full((count, points.shape[2]), np.inf)
-    high = -low
     order = np.argsort(group, kind="stable")
     ordered = group[order]
     starts = np.flatnonzero(np.diff(ordered, prepend=-1))
-    low[ordered[starts]] = np.minimum.reduceat(points.min(axis=1)[order], starts)
-    high[ordered[starts]] = np.maximum.reduceat(points.max(axis=1)[order], starts)
+    sorted_corners = (points[order] for points in corners)
+    ends = [
+        (np.minimum.reduceat(p, starts), np.maximum.reduceat(p, starts)) for p in sorted_corners
+    ]
+    lows, highs = zip(*ends, strict=True)
+    low = np.full((count, lows[0].shape[1]), np.inf)
+    high = -low
+    low[ordered[starts]], high[ordered[starts]] = np.min(lows, axis=0), np.max(highs, axis=0)
     return low, high

@@ -56,6 +56,10 @@ class Sample:
     boxes: NDArray[np.float32]
     hulls: NDArray[np.float32]
 
+    def rgb(self) -> NDArray[np.uint8]:
+        """Return the photo as (H, W, 3) uint8 RGB."""
+        return np.asarray(cv2.cvtColor(np.asarray(self.image), cv2.COLOR_BGR2RGB), dtype=np.uint8)
+
 
 def read_yolo_boxes(
     path: Path, width: int, height: int

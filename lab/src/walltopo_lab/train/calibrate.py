@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -92,14 +91,12 @@ def network_offset(
 
 def look_at(detector: OnnxDetector, sample: Sample) -> PhotoDetections:
     """Return the detections in a cached photo, with the detector as used in the product."""
-    photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
-    return detector.detect(np.asarray(photo, dtype=np.uint8))
+    return detector.detect(sample.rgb())
 
 
 def _photos(samples: Sequence[Sample]) -> Iterator[tuple[NDArray[np.uint8], Truth]]:
     for sample in samples:
-        photo = cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB)
-        yield np.asarray(photo, dtype=np.uint8), truth_of(sample)
+        yield sample.rgb(), truth_of(sample)
 
 
 def calibrate(

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -90,7 +89,7 @@ def detect_with(
     net: VoteNet, sample: Sample, threshold: float, size: int = _SIZE
 ) -> PhotoDetections:
     """Return the network's detections in a cached photo, in the photo's pixels."""
-    photo = np.asarray(cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB), dtype=np.uint8)
+    photo = sample.rgb()
     height, width = photo.shape[:2]
     scale = size / max(height, width)
     device = next(net.parameters()).device

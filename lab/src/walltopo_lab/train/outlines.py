@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -125,7 +124,7 @@ def redraw(net: VoteNet, sample: Sample) -> Sample:
     net : a trained network, in eval mode.
     sample : a photo with pseudo-masks; labels and boxes stay as they are.
     """
-    photo = np.asarray(cv2.cvtColor(np.asarray(sample.image), cv2.COLOR_BGR2RGB), dtype=np.uint8)
+    photo = sample.rgb()
     looks = [_mean_outputs(net, photo, size) for size in (_SIZE, round(_SIZE * _SECOND))]
     made = _usable_outlines(looks, sample)
     ids, hulls = _paint_outlines(sample, made)

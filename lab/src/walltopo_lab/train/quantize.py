@@ -15,7 +15,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,9 +71,9 @@ def calibration_inputs(
     photos : cache folder and name of each.
     """
     for k, (folder, name) in enumerate(photos):
-        photo = cv2.cvtColor(np.asarray(open_cache(folder, name).image), cv2.COLOR_BGR2RGB)
+        photo = open_cache(folder, name).rgb()
         size = settings.size * (settings.again if k % 2 else 1.0)
-        yield prepare(np.asarray(photo, dtype=np.uint8), size / max(photo.shape[:2]))[None]
+        yield prepare(photo, size / max(photo.shape[:2]))[None]
 
 
 class _Calibration:

@@ -234,11 +234,16 @@ def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
     return write_pack(out, sets, progress, shares=shares, redraw=partial(redraw, net))
 
 
+def _show_comparison(made: Comparison, show: Show) -> None:
+    """Print the table of a comparison and the calibrated settings."""
+    show(comparison_table(made))
+    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+
+
 def _export_network(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
     """Export, print the comparison and, if requested, replace the shipped file."""
     made = export(args.data, state, progress, args.cool_down)
-    show(comparison_table(made))
-    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+    _show_comparison(made, show)
     show("The exported network is better." if made.is_better else "The shipped network is better.")
     if args.replace and replace_shipped(made, state.exported, shipped_model()):
         show(f"It replaces {shipped_model().name}. Put the table into the model card.")
@@ -250,8 +255,7 @@ def _quantize_network(
 ) -> None:
     """Quantize the shipped network, print the comparison and, if requested, ship the result."""
     made = quantize_shipped(args.data, state, progress)
-    show(comparison_table(made))
-    show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
+    _show_comparison(made, show)
     show(f"The mean of the classes changes by {made.gain:+.4f}.")
     if args.replace and replace_shipped(
         made, state.quantized, shipped_quantized(), MAX_QUANTIZATION_LOSS

@@ -92,7 +92,7 @@ def _chart_boxes(part: Part) -> _Boxes:
     _, chart = np.unique(group[node[:, 0]], return_inverse=True)
     size = np.array(part.image.shape[1::-1], dtype=np.float64)
     pixels, charts = uv * size, int(chart.max(initial=-1)) + 1
-    low, high = bounds_by_group(chart, pixels, charts)
+    low, high = bounds_by_group(chart, pixels.swapaxes(0, 1), charts)
     bounds = np.stack([np.floor(low), np.ceil(high) + 1], axis=1)
     return _Boxes(chart.astype(np.int32), bounds.astype(np.int64))
 

@@ -145,7 +145,7 @@ def retexture(
     for k, view in enumerate(axes):
         flat[label == k] = view.flat(corner[label == k])
     count = int(chart.max()) + 1
-    low, high = bounds_by_group(chart, flat, count)
+    low, high = bounds_by_group(chart, flat.swapaxes(0, 1), count)
     direction = np.zeros(count, dtype=np.int64)
     direction[chart] = label
     max_scale = side / max(float((high - low).max()), 1e-9)

@@ -261,7 +261,7 @@ def drop_fragments(mesh: Mesh, min_diameter: float) -> Mesh:
     """Remove connected components whose bounding box has a diagonal below `min_diameter`."""
     part = face_components(mesh.faces)
     count = int(part.max(initial=-1)) + 1
-    low, high = bounds_by_group(part, mesh.vertices[mesh.faces], count)
+    low, high = bounds_by_group(part, (mesh.vertices[corner] for corner in mesh.faces.T), count)
     keep = np.linalg.norm(high - low, axis=1) >= min_diameter
     return Mesh(*compact_vertices(mesh.vertices, mesh.faces[keep[part]]))
 

@@ -208,7 +208,7 @@ def _pack_charts(
         )
     _, number = np.unique(chart[seen], return_inverse=True)
     count = int(number.max()) + 1
-    low, high = bounds_by_group(number, pixels[seen], count)
+    low, high = bounds_by_group(number, (pixels[seen, corner] for corner in range(3)), count)
     cells, cell_side = unseen_cells(len(flat) - len(seen))
     scale, _, packed = fit_scale(high - low, settings.size, _GUTTER, 1.0, _MIN_SCALE, cell_side)
     place = packed + _GUTTER
