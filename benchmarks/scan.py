@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.calibration import calibration_s
+from benchmarks.dense import print_table
 from walltopo.core.files import read_json
 from walltopo.geometry.mesh_files import read_mesh
 from walltopo.geometry.zbuffer import render_ids
@@ -39,8 +40,11 @@ def main() -> int:
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         root = args.keep or Path(temporary)
-        for name in [args.only] if args.only else SCANS:
-            report(name, args.data / name, scan(args.data / name / "photos", root / name))
+        names = [args.only] if args.only else SCANS
+        results = {name: scan(args.data / name / "photos", root / name) for name in names}
+        print_table({name: figures(args.data / name, results[name]) for name in names})
+        for name in names:
+            report_stages(name, results[name])
     return 0
 
 
@@ -51,7 +55,7 @@ def scan(photos: Path, out: Path) -> dict[str, Any]:
     """
     command = [sys.executable, "-m", "walltopo", "scan", str(photos), "-o", str(out)]
     before = calibration_s()
-    subprocess.run(command, check=True)
+    subprocess.run(command, check=True, stdout=sys.stderr)
     yardsticks = before, calibration_s()
     stages = read_json(out / "scan.json")["stages"]
     seconds = sum(record["seconds"] for record in stages.values())
@@ -65,27 +69,28 @@ def scan(photos: Path, out: Path) -> dict[str, Any]:
     }
 
 
-def report(name: str, data: Path, result: dict[str, Any]) -> None:
-    """Print the table of one scan."""
+def figures(data: Path, result: dict[str, Any]) -> dict[str, str]:
+    """Return the figures of one scan, name to text."""
     folder = ScanFolder(result["folder"])
     photos = read_json(folder.photo_list)["photos"]
     views = read_views(folder.sparse)
-    holds = read_json(folder.holds)["holds"]
-    print(f"\n## {name}\n\n| figure | value |\n|---|---|")
-    print(f"| photos registered | {len(views)} of {len(photos)} |")
-    print(f"| metric | {'yes' if read_json(folder.scale)['metric'] else 'no, and it said so'} |")
-    print(f"| instances | {len(holds)} |")
-    print(f"| routes | {len(read_json(folder.routes)['routes'])} |")
-    print(f"| whole scan | {result['seconds'] / 60:.1f} min |")
-    print(f"| peak memory | {result['peak_mb'] / 1024:.1f} GiB |")
-    for file in sorted((data / "labels").glob("*.txt")) if (data / "labels").is_dir() else []:
-        found, total = boxes_found(folder, file)
-        print(f"| labelled holds of {file.stem} met by a hold (box IoU 0.5) | {found} of {total} |")
-    report_stages(result)
+    met = [boxes_found(folder, file) for file in sorted((data / "labels").glob("*.txt"))]
+    return {
+        "photos registered": f"{len(views)} of {len(photos)}",
+        "metric": "yes" if read_json(folder.scale)["metric"] else "no, and it said so",
+        "instances shown": str(len(read_json(folder.holds)["holds"])),
+        "routes": str(len(read_json(folder.routes)["routes"])),
+        "labelled holds of each photo with labels that a hold meets (box IoU 0.5)": ", ".join(
+            f"{found} of {total}" for found, total in met
+        ),
+        "whole scan, peak memory": f"{result['seconds'] / 60:.1f} min, "
+        f"{result['peak_mb'] / 1024:.1f} GiB",
+    }
 
 
-def report_stages(result: dict[str, Any]) -> None:
+def report_stages(name: str, result: dict[str, Any]) -> None:
     """Print seconds and memory of the stages, and their ratio to the calibration."""
+    print(f"\nStages of {name}:")
     before, after = result["calibrations_s"]
     unit = (before + after) / 2
     print("\n| stage | seconds | calibrations | peak GiB |\n|---|---|---|---|")

@@ -29,8 +29,15 @@ def test_stages_are_in_seconds_and_in_calibrations(
 ) -> None:
     stage = {"seconds": 30.0, "peak_mb": 1024.0}
     report_stages(
-        {"calibrations_s": (0.5, 1.5), "stages": {"dense": stage}, "seconds": 30.0, "peak_mb": 2048}
+        "gym-a",
+        {
+            "calibrations_s": (0.5, 1.5),
+            "stages": {"dense": stage},
+            "seconds": 30.0,
+            "peak_mb": 2048,
+        },
     )
     output = capsys.readouterr().out
+    assert "Stages of gym-a:" in output
     assert "| dense | 30.0 | 30 | 1.0 |" in output
     assert "| all | 30.0 | 30 | 2.0 |" in output
