@@ -176,6 +176,7 @@ sign: sums
 # All that a release publishes, made anew and tried. No tag is needed and nothing is published.
 PYTHONS ?= python3.11 python3.12 python3.13
 release-check: $(VENV)/release-ready
+	$(BIN)/python -m tools.pages.outdated
 	rm -rf dist
 	$(MAKE) --no-print-directory wheels sbom npm-package clients
 	$(BIN)/python -m twine check --strict dist/*.whl dist/walltopo*.tar.gz

@@ -51,6 +51,7 @@ class Record(Document, frozen=True, kw_only=True):
     measured : None before the first run.
     transcribed : the output is a copy from a page at that revision, whose author ran the command;
         this module has not run it since.
+    code : files and folders whose changes may change the figures (see `tools.pages.outdated`).
     output : lines of the output.
     """
 
@@ -60,6 +61,7 @@ class Record(Document, frozen=True, kw_only=True):
     classes: str = ""
     measured: Measured | None = None
     transcribed: bool = False
+    code: tuple[str, ...] = ()
     output: tuple[str, ...] = ()
 
     def tables(self) -> list[list[str]]:
