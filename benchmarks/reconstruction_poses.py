@@ -144,9 +144,9 @@ def run_stages(
     if photos:
         write_sources(scan, photos)
     for name in names:
-        clock, cpu = time.perf_counter(), _cpu_seconds()
+        clock, cpu = time.perf_counter(), cpu_seconds()
         metrics = run_stage(scan, name, getattr(settings, name))
-        spent = f"{time.perf_counter() - clock:6.1f} s, {_cpu_seconds() - cpu:6.1f} CPU-s"
+        spent = f"{time.perf_counter() - clock:6.1f} s, {cpu_seconds() - cpu:6.1f} CPU-s"
         print(f"{folder.name} {name:7s} {spent}: {metrics}", flush=True)
 
 
@@ -156,7 +156,8 @@ def run_to_scale(photos: Path, folder: Path, sparse: SparseSettings | None = Non
     run_stages(folder, ("ingest", "sparse", "scale"), settings, (photos,))
 
 
-def _cpu_seconds() -> float:
+def cpu_seconds() -> float:
+    """Return the CPU-seconds of this process and of its ended children."""
     kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     return sum(resource.getrusage(k).ru_utime + resource.getrusage(k).ru_stime for k in kinds)
 

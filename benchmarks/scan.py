@@ -77,7 +77,7 @@ def figures(data: Path, result: dict[str, Any]) -> dict[str, str]:
     met = [boxes_found(folder, file) for file in sorted((data / "labels").glob("*.txt"))]
     return {
         "photos registered": f"{len(views)} of {len(photos)}",
-        "metric": "yes" if read_json(folder.scale)["metric"] else "no, and it said so",
+        "metric": "yes" if read_json(folder.scale)["metric"] else "no, with a warning",
         "instances shown": str(len(read_json(folder.holds)["holds"])),
         "routes": str(len(read_json(folder.routes)["routes"])),
         "labelled holds of each photo with labels that a hold meets (box IoU 0.5)": ", ".join(

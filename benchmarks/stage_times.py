@@ -4,33 +4,29 @@
     python -m benchmarks.stage_times PHOTOS --before COMMIT --only sparse dense
 
 Both run the command `walltopo scan` for one stage at a time, on a folder of their own, with this
-environment's packages; the earlier commit's sources come from a git worktree. Start-up counts, and
-the times of all threads; compiling kernels does not. Stages run in turns, so that a busy machine
-slows both alike. The earlier commit must have the commands that this environment installs.
+environment's packages; the earlier commit's files are unpacked into a temporary folder. Start-up
+and all threads count; compiling kernels does not. Stages run in turns, so that a busy machine slows
+both alike. The earlier commit must have the commands that this environment installs.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
-import resource
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from tools.compiled_wheel import COMPILE_KERNELS
+from tools.upgrade_check import Walltopo, unpack
+
+from benchmarks.reconstruction_poses import cpu_seconds
 from walltopo.pipeline.plan import names_of_plan
 
 ROOT = Path(__file__).resolve().parent.parent
 VIEWER = Path("src/walltopo/publish/page/viewer.js")
 STAGES = names_of_plan(part=False)
-_COMPILE = """
-from walltopo.pipeline.warm_up import TABLE, compile_line
-for line in TABLE.read_text().splitlines():
-    compile_line(line)
-"""
 
 
 def main() -> int:
@@ -41,26 +37,26 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, help="keep both scans in this folder, and go on there")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
-        earlier = Path(temporary) / "earlier"
-        subprocess.run(["git", "worktree", "add", "-q", earlier, args.before], cwd=ROOT, check=True)
-        try:
-            shutil.copyfile(ROOT / VIEWER, earlier / VIEWER)  # built, not committed
-            for tree in (earlier, ROOT):
-                run_in(tree, "-c", _COMPILE)  # no stage pays for compiling kernels
-            compare(args.photos, args.keep or Path(temporary), earlier, args.only)
-        finally:
-            subprocess.run(["git", "worktree", "remove", "--force", earlier], cwd=ROOT, check=True)
+        tree = Path(temporary) / "earlier"
+        earlier, now = unpack(args.before, tree), Walltopo(ROOT)
+        shutil.copyfile(ROOT / VIEWER, tree / VIEWER)  # built, not committed
+        for walltopo in (earlier, now):
+            walltopo.run_python("-c", COMPILE_KERNELS)  # no stage pays for it
+        compare(args.photos, args.keep or Path(temporary), earlier, now, args.only)
     return 0
 
 
-def compare(photos: Path, folder: Path, earlier: Path, only: Sequence[str]) -> None:
+def compare(
+    photos: Path, folder: Path, earlier: Walltopo, now: Walltopo, only: Sequence[str]
+) -> None:
     """Print a table: stage, CPU-seconds of the earlier commit and of this tree, their ratio."""
     print("| stage | before | now | ratio |\n|---|---|---|---|")
     totals = [0.0, 0.0]
-    for stage in STAGES:
+    last = max(map(STAGES.index, only))
+    for stage in STAGES[: last + 1]:
         seconds = [
-            stage_cpu_s(tree, photos, folder / name, stage)
-            for name, tree in (("before", earlier), ("now", ROOT))
+            stage_cpu_s(walltopo, photos, folder / name, stage)
+            for name, walltopo in (("before", earlier), ("now", now))
         ]
         if stage in only:
             totals = [total + spent for total, spent in zip(totals, seconds, strict=True)]
@@ -73,24 +69,11 @@ def print_row(stage: str, seconds: list[float]) -> None:
     print(f"| {stage} | {before:.1f} | {now:.1f} | {now / before:.2f} |", flush=True)
 
 
-def stage_cpu_s(tree: Path, photos: Path, scan: Path, stage: str) -> float:
-    """Run one stage with the sources in `tree`; return the child's CPU-seconds."""
-    start = resource.getrusage(resource.RUSAGE_CHILDREN)
-    run_in(tree, "-m", "walltopo", "scan", photos, "-o", scan, "--to", stage, "--quiet")
-    end = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return (end.ru_utime + end.ru_stime) - (start.ru_utime + start.ru_stime)
-
-
-def run_in(tree: Path, *arguments: str | Path) -> None:
-    """Run Python with the sources in `tree`; raise CalledProcessError if it fails."""
-    paths = os.pathsep.join(map(str, [tree / "src", *tree.glob("*/src")]))
-    subprocess.run(
-        [sys.executable, *arguments],
-        env={**os.environ, "PYTHONPATH": paths},
-        stdout=subprocess.DEVNULL,
-        cwd=ROOT,
-        check=True,
-    )
+def stage_cpu_s(walltopo: Walltopo, photos: Path, scan: Path, stage: str) -> float:
+    """Run one stage in a child process; return its CPU-seconds."""
+    before = cpu_seconds()
+    walltopo.run("scan", photos, "-o", scan, "--to", stage, "--quiet")
+    return cpu_seconds() - before
 
 
 if __name__ == "__main__":

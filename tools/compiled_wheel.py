@@ -25,8 +25,9 @@ from walltopo.geometry.kernels import PROCESSOR
 
 # The object code links numba's own runtime and needs no newer C library than Python itself.
 _PLATFORM = "manylinux_2_17_x86_64"
-# The compilation runs in its own process, which imports the package from the unpacked wheel.
-_COMPILE = """
+# Python code that compiles all kernels of the walltopo that it imports, and prints the table's
+# path. It runs in a process of its own, with the package of an unpacked wheel or another tree.
+COMPILE_KERNELS = """
 from walltopo.pipeline.warm_up import TABLE, compile_line
 for line in TABLE.read_text(encoding="utf-8").splitlines():
     compile_line(line)
@@ -89,7 +90,7 @@ def _compile(inside: Path) -> None:
     kept = {name: text for name, text in os.environ.items() if not name.startswith("NUMBA_")}
     environment = {**kept, "PYTHONPATH": str(inside), "PYTHONDONTWRITEBYTECODE": "1"}
     done = subprocess.run(
-        [sys.executable, "-c", _COMPILE],
+        [sys.executable, "-c", COMPILE_KERNELS],
         cwd=inside,
         env=environment,
         capture_output=True,

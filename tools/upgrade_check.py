@@ -40,18 +40,22 @@ class Walltopo:
     """The walltopo of a source tree, run with this Python."""
 
     def __init__(self, tree: Path) -> None:
-        parts = (tree / "src", *(tree / unit / "src" for unit in ("climb", "lab", "gym")))
+        parts = (tree / "src", *tree.glob("*/src"))
         self._environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, parts))}
 
     def run(self, *arguments: str | Path, accepted: tuple[int, ...] = (0,)) -> str:
-        """Run a command; return its output.
+        """Run a command of walltopo; return its output and raise as `run_python`."""
+        return self.run_python("-m", "walltopo", *arguments, accepted=accepted)
+
+    def run_python(self, *arguments: str | Path, accepted: tuple[int, ...] = (0,)) -> str:
+        """Run Python with the modules of the tree; return its output.
 
         Raises
         ------
         SystemExit : the exit code is not accepted.
         """
         done = subprocess.run(
-            [sys.executable, "-m", "walltopo", *arguments],
+            [sys.executable, *arguments],
             env=self._environment,
             capture_output=True,
             text=True,
@@ -60,7 +64,7 @@ class Walltopo:
         if done.returncode not in accepted:
             words = " ".join(map(str, arguments))
             raise SystemExit(
-                f"walltopo {words}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
+                f"python {words}: exit code {done.returncode}\n{done.stdout}{done.stderr}"
             )
         return done.stdout
 
