@@ -220,6 +220,36 @@ test("the brush gives surface to a hold and to the wall", async ({ browser, plac
   await close();
 });
 
+test("the brush hides a place, and a tap shows it again", async ({ browser, places: { edit, shots } }) => {
+  const { page, log, close, press } = await editor(browser, edit);
+  const hidden = () => ask(page, (el) => el.parts.editor.session.result.hidden);
+  const balls = () => ask(page, (el) => el.stage.strokes.children.length);
+  const at = await ask(page, (el) => {
+    const box = el.shadowRoot.querySelector("canvas").getBoundingClientRect();
+    const { position, size_m } = el.holds.find(({ id }) => id === 7);
+    const place = el.project([position[0], 0, position[2] + 0.5 * size_m + 0.06]);
+    return { x: box.left + place.x, y: box.top + place.y };
+  });
+  await press("Hide");
+  assert.match(await text(page, ".edit + *, .toast"), /./);
+  await draw(page, at);
+  const places = await hidden();
+  assert.ok(places.length >= 1);
+  assert.deepEqual([...new Set(places.map(({ radius_m }) => radius_m))], [0.15]);
+  assert.equal(await balls(), places.length, "what is hidden stays marked");
+  await page.screenshot({ path: `${shots}/edit-hide.png` });
+  await page.mouse.click(at.x, at.y);
+  await previewed(page);
+  assert.deepEqual(await hidden(), [], "a tap shows the whole stroke again");
+  assert.equal(await balls(), 0);
+  await press("Undo");
+  assert.equal((await hidden()).length, places.length);
+  await press("Undo");
+  assert.deepEqual(await hidden(), [], "a stroke is undone as one");
+  fine(log);
+  await close();
+});
+
 test("a hold is cut in two, and joined again", async ({ browser, places: { edit } }) => {
   const { page, log, close, press } = await editor(browser, edit);
   const count = () => ask(page, (el) => el.holds.length);

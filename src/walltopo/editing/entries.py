@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from walltopo.describe.classify.geometry import measure_shapes
 from walltopo.editing.caches import cached
 from walltopo.editing.grow import grow
+from walltopo.editing.hiding import without_place
 from walltopo.editing.messages import MissingError
 from walltopo.editing.remeasure import Remeasurement, measure_hold
 from walltopo.editing.route_fit import fit_into_route, route_colour
@@ -25,6 +26,7 @@ from walltopo.scans.edits import (
     Add,
     Assign,
     Cut,
+    Hide,
     Join,
     Keep,
     Leave,
@@ -39,7 +41,9 @@ from walltopo.scans.edits import (
     SetRoute,
     Share,
     Split,
+    Unhide,
 )
+from walltopo.scans.hidden import HiddenPlace
 from walltopo.scans.holds import Hold
 from walltopo.segment.propose.solids import LONGEST
 
@@ -296,6 +300,19 @@ def paint(state: EditState, edit: Paint) -> None:
     """Assign the triangles in a ball to a hold, or to the wall."""
     number = state.hold(edit.hold).id if edit.hold.id else 0
     state.relabel(state.snapshot.triangles.within(edit.at, edit.radius_m), number)
+
+
+def hide(state: EditState, edit: Hide) -> None:
+    """Hide a ball around a place."""
+    state.hidden = (*state.hidden, HiddenPlace(edit.at, edit.radius_m))
+
+
+def unhide(state: EditState, edit: Unhide) -> None:
+    """Show a hidden place again."""
+    left = without_place(state.hidden, edit)
+    if len(left) == len(state.hidden):
+        raise MissingError("not_hidden")
+    state.hidden = left
 
 
 def cut(state: EditState, edit: Cut) -> None:

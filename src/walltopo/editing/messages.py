@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from walltopo.scans.document import Count
+from walltopo.scans.hidden import HiddenPlace
 from walltopo.scans.holds import Hold
 from walltopo.scans.page_labels import SurfaceLabels
 from walltopo.scans.routes import Route
@@ -29,12 +30,14 @@ class EditResult(msgspec.Struct, frozen=True):
     holds : in the order of ids, including low-confidence instances.
     routes : from left to right, new ones last.
     surface : labels of the mesh, relative to the patches of the page's tiers.
+    hidden : places that are hidden in texture and photos.
     notes : entries that were skipped, with the reason.
     """
 
     holds: tuple[ShownHold, ...]
     routes: tuple[Route, ...]
     surface: SurfaceLabels
+    hidden: tuple[HiddenPlace, ...]
     notes: tuple[Note, ...]
 
 
@@ -84,6 +87,7 @@ REASONS = {
     "no_line": "the line of the cut has no length",
     "beside": "the line does not cross hold {}",
     "no_wall": "there is no wall around this place",
+    "not_hidden": "nothing is hidden at this place",
     "no_surface": "there is no free surface at this place",
     "no_volume": "nothing of a volume's size stands out of the wall at this place",
 }

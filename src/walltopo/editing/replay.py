@@ -19,6 +19,7 @@ from walltopo.editing.entries import (
     add,
     assign,
     cut,
+    hide,
     join,
     keep,
     leave,
@@ -31,6 +32,7 @@ from walltopo.editing.entries import (
     set_route,
     share,
     split,
+    unhide,
 )
 from walltopo.editing.messages import MissingError, Note
 from walltopo.editing.remeasure import remeasure, with_shape
@@ -42,6 +44,7 @@ from walltopo.scans.edits import (
     Assign,
     Cut,
     Edit,
+    Hide,
     Join,
     Keep,
     Leave,
@@ -54,7 +57,9 @@ from walltopo.scans.edits import (
     SetRoute,
     Share,
     Split,
+    Unhide,
 )
+from walltopo.scans.hidden import HiddenPlace
 from walltopo.scans.holds import Holds, with_routes
 from walltopo.scans.routes import Ambiguous, Route, Routes
 
@@ -62,6 +67,7 @@ _KINDS: dict[type[Any], Callable[[EditState, Any], None]] = {
     Add: add,
     Assign: assign,
     Cut: cut,
+    Hide: hide,
     Join: join,
     Keep: keep,
     Leave: leave,
@@ -74,6 +80,7 @@ _KINDS: dict[type[Any], Callable[[EditState, Any], None]] = {
     SetRoute: set_route,
     Share: share,
     Split: split,
+    Unhide: unhide,
 }
 
 
@@ -85,6 +92,7 @@ class Outcome:
     ----------
     labels : (F,) int32, including the labels of low-confidence instances.
     pictures : views of holds that an edit remeasured in photos, by id.
+    hidden : places that are hidden in texture and photos.
     notes : entries that were skipped, with the reason.
     """
 
@@ -92,6 +100,7 @@ class Outcome:
     holds: Holds
     labels: NDArray[np.int32]
     pictures: Mapping[int, HoldView | None]
+    hidden: tuple[HiddenPlace, ...]
     notes: tuple[Note, ...]
 
 
@@ -127,6 +136,7 @@ def _outcome(state: EditState, notes: Sequence[Note]) -> Outcome:
         ),
         labels=state.labels,
         pictures=state.pictures,
+        hidden=state.hidden,
         notes=tuple(notes),
     )
 

@@ -36,6 +36,7 @@ def result_of(snapshot: ScanSnapshot, outcome: Outcome) -> EditResult:
         holds=tuple(sorted(rows, key=lambda row: row.id)),
         routes=outcome.routes.routes,
         surface=surface_labels(snapshot.mesh, snapshot.labels, labels),
+        hidden=outcome.hidden,
         notes=outcome.notes,
     )
 

@@ -14,6 +14,7 @@ from typing import Protocol
 from walltopo.core import WalltopoError
 from walltopo.core.errors import problem_key
 from walltopo.editing.caches import ArtifactCache
+from walltopo.editing.hiding import hidden_after
 from walltopo.editing.messages import Crop, EditResult, RebuildStatus
 from walltopo.editing.replay import Outcome, replay
 from walltopo.editing.results import result_of
@@ -135,9 +136,13 @@ class EditSession:
             return RebuildStatus(stale, self._running, self._done, self._problem, self._problem_key)
 
     def crops(self, at: Place) -> list[Crop]:
-        """Return crops of the photos that show a place of the wall best."""
+        """Return crops of the photos that show a place of the wall best.
+
+        Places that the saved log hides are hidden.
+        """
+        log, _ = self._store.read()
         with self._replaying:
-            return crops_of(self._snapshot(), at)
+            return crops_of(self._snapshot(), at, hidden_after(log.edits))
 
     def rebuild(self) -> None:
         """Bring the stages after the log up to date in a thread, after a running rebuild."""

@@ -13,6 +13,7 @@ from walltopo.describe.classify.observations import HoldView
 from walltopo.editing.messages import MissingError
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.scans.edits import Ref, RoleName
+from walltopo.scans.hidden import HiddenPlace
 from walltopo.scans.holds import Hold
 
 REACH = 0.12  # metres: a hold this near to the place of a reference is the one meant
@@ -50,6 +51,7 @@ class EditState:
     by_setter : hold id to "colour" and "type" if a setter gave them.
     cut_off : ids of parts that were cut off other holds.
     measured_rows : hold id to the triangles of its colour, if these are not the scan's.
+    hidden : places that are hidden in texture and photos.
     pictures : hold id to the view in the photo that shows it best, if an edit measured it.
     hold_names, route_names : id that an entry gives to a new item, to the id that it got.
     """
@@ -67,6 +69,7 @@ class EditState:
     by_setter: dict[int, set[str]] = field(default_factory=dict)
     cut_off: set[int] = field(default_factory=set)
     measured_rows: dict[int, NDArray[np.int64]] = field(default_factory=dict)
+    hidden: tuple[HiddenPlace, ...] = ()
     pictures: dict[int, HoldView | None] = field(default_factory=dict)
     hold_names: dict[int, int] = field(default_factory=dict)
     route_names: dict[int, int] = field(default_factory=dict)

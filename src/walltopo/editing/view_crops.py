@@ -17,6 +17,7 @@ from walltopo.editing.messages import Crop
 from walltopo.editing.snapshot import ScanSnapshot
 from walltopo.geometry.zbuffer import render_culled
 from walltopo.scans.edits import Place
+from walltopo.scans.hidden import HiddenPlace, hide_in_photo
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +61,11 @@ def normal_at(snapshot: ScanSnapshot, at: Sequence[float] | Floats, radius: floa
 
 
 def view_crops(
-    snapshot: ScanSnapshot, at: Sequence[float] | Floats, reach: float, max_photos: int
+    snapshot: ScanSnapshot,
+    at: Sequence[float] | Floats,
+    reach: float,
+    max_photos: int,
+    hidden: Sequence[HiddenPlace] = (),
 ) -> list[ViewCrop]:
     """Return crops of the unoccluded photos that show a place largest and most frontally.
 
@@ -68,6 +73,7 @@ def view_crops(
     ----------
     at : (3,) world frame, on the surface; reach : half the side of the crop, world units.
     max_photos : maximum number of crops.
+    hidden : places that the crops must not show.
     """
     place = np.asarray(at, dtype=np.float64)
     normal = normal_at(snapshot, place, reach / 3)
@@ -82,7 +88,7 @@ def view_crops(
     for detail, number in ranked[: 3 * max_photos]:
         if detail <= 0 or len(found) == max_photos:
             break
-        crop = _crop_photo(snapshot, number, place, reach)
+        crop = _crop_photo(snapshot, number, place, reach, hidden)
         if crop is not None:
             found.append(crop)
     return found
@@ -102,7 +108,11 @@ def _pixels_per_metre(view: View, place: Floats, normal: Floats) -> float:
 
 
 def _crop_photo(
-    snapshot: ScanSnapshot, number: int, place: Floats, reach: float
+    snapshot: ScanSnapshot,
+    number: int,
+    place: Floats,
+    reach: float,
+    hidden: Sequence[HiddenPlace],
 ) -> ViewCrop | None:
     """Return a crop of a photo, or None if a nearer surface hides the place."""
     view = snapshot.views[number]
@@ -123,6 +133,8 @@ def _crop_photo(
         size = (whole.width, whole.height)
         photo = np.asarray(cv2.resize(photo, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     picture = np.ascontiguousarray(photo[top:bottom, left:right])
+    if hidden:
+        picture = hide_in_photo(picture, View(view.name, camera, view.cam_from_world), hidden)
     return ViewCrop(number, view.name, picture, face, depth, x - left, y - top)
 
 
@@ -142,10 +154,15 @@ QUALITY = 82
 _CUTOUTS: WeakKeyDictionary[HoldView, str] = WeakKeyDictionary()
 
 
-def crops_of(snapshot: ScanSnapshot, at: Place) -> list[Crop]:
-    """Return crops of the photos that show a place best, best first; empty if no photo does."""
+def crops_of(snapshot: ScanSnapshot, at: Place, hidden: Sequence[HiddenPlace] = ()) -> list[Crop]:
+    """Return crops of the photos that show a place best, best first; empty if no photo does.
+
+    Parameters
+    ----------
+    hidden : places that the crops must not show.
+    """
     found = []
-    for crop in view_crops(snapshot, at, REACH * snapshot.unit, MAX_CROPS):
+    for crop in view_crops(snapshot, at, REACH * snapshot.unit, MAX_CROPS, hidden):
         height, width = crop.picture.shape[:2]
         factor = min(1.0, LONGEST / max(height, width))
         size = max(1, round(width * factor)), max(1, round(height * factor))

@@ -6,6 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+_SIDE = 640  # pixels of the picture that gives the colours in place of hidden pixels
+_MIN_VISIBLE = 0.5  # share of such a pixel that must lie outside the mask for it to count
+
 
 def fill_gaps(picture: NDArray[np.uint8], known: NDArray[np.bool_]) -> NDArray[np.uint8]:
     """Return the (H, W, 3) picture with every unknown pixel in the colour of the nearest known one.
@@ -52,3 +55,23 @@ def spread_colours(
     )
     larger = cv2.resize(smaller, (width, height), interpolation=cv2.INTER_LINEAR)
     return np.where(weight[..., None] > 0, mean, larger).astype(np.float32)
+
+
+def hide_pixels(photo: NDArray[np.uint8], mask: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return the photo with the pixels of a mask replaced by smooth colours of those around them.
+
+    Nothing of the hidden pixels is left. Pixels outside the mask stay as they are.
+    """
+    height, width = mask.shape
+    factor = min(1.0, _SIDE / max(height, width))
+    size = (max(1, round(width * factor)), max(1, round(height * factor)))
+    # Reduced alike, the quotient of both is the mean colour of the pixels outside the mask.
+    outside = np.where(mask, 0, 255).astype(np.uint8)
+    visible = cv2.bitwise_and(photo, photo, mask=outside)
+    colours = np.asarray(cv2.resize(visible, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    share = cv2.resize(outside, size, interpolation=cv2.INTER_AREA)
+    weight = np.asarray(share, dtype=np.float32) / np.float32(255)
+    weight[weight < _MIN_VISIBLE] = 0.0
+    filled = spread_colours(colours * (weight > 0)[..., None], weight).clip(0, 255).astype(np.uint8)
+    smooth = cv2.resize(filled, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.where(mask[..., None], np.asarray(smooth), photo)

@@ -1,4 +1,4 @@
-"""Find people in a photo, and hide them."""
+"""Find people in a photo."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import shipped_file
-from walltopo.images.fill import spread_colours
 from walltopo.images.networks import Network, open_network
 
 Image = NDArray[np.uint8]
@@ -39,8 +38,6 @@ _SAME_AGAIN = 0.3  # the same of a box and its second look, because small boxes 
 _OUTLINE_SIDE = 96
 _MARGIN = 0.12  # of the box's sides: arms and feet reach beyond boxes
 _ROUNDS = 2  # of GrabCut
-_FILL_SIDE = 640  # pixels of the picture that gives the colours in place of people
-_MIN_VISIBLE = 0.5  # share of such a pixel that must lie outside people for it to count
 # An outline outside these shares of its box is a failure; the whole box is taken instead.
 _MIN_SHARE, _MAX_SHARE = 0.3, 0.98
 _GROWTH = 0.05  # of the box's shorter side, by which an outline is widened
@@ -85,26 +82,6 @@ def people_mask(photo: Image, people: list[Person]) -> Bitmap:
     for person in people:
         _add_outline(photo, person, mask)
     return mask
-
-
-def hide_people(photo: Image, mask: Bitmap) -> Image:
-    """Return the photo with the pixels of a mask replaced by smooth colours of those around them.
-
-    Nothing of the hidden pixels is left. Pixels outside the mask stay as they are.
-    """
-    height, width = mask.shape
-    factor = min(1.0, _FILL_SIDE / max(height, width))
-    size = (max(1, round(width * factor)), max(1, round(height * factor)))
-    # Reduced alike, the quotient of both is the mean colour of the pixels outside the mask.
-    outside = np.where(mask, 0, 255).astype(np.uint8)
-    visible = cv2.bitwise_and(photo, photo, mask=outside)
-    colours = np.asarray(cv2.resize(visible, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-    share = cv2.resize(outside, size, interpolation=cv2.INTER_AREA)
-    weight = np.asarray(share, dtype=np.float32) / np.float32(255)
-    weight[weight < _MIN_VISIBLE] = 0.0
-    filled = spread_colours(colours * (weight > 0)[..., None], weight).clip(0, 255).astype(np.uint8)
-    smooth = cv2.resize(filled, (width, height), interpolation=cv2.INTER_LINEAR)
-    return np.where(mask[..., None], np.asarray(smooth), photo)
 
 
 @cache

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from walltopo.core import InputError, SettingsError
 from walltopo.core.files import atomic_path
 from walltopo.geometry.topology import joined_meshes
-from walltopo.images.files import read_rgb
 from walltopo.publish.wall_data import WallModel, keep_faces
 from walltopo.scans.holds import Hold
 from walltopo.scans.routes import Route
@@ -67,7 +66,8 @@ def join_textures(walls: Sequence[WallModel], path: Path) -> list[WallModel]:
 
     if any(wall.texture is None or wall.uv is None for wall in walls):
         return [replace(wall, texture=None, uv=None) for wall in walls]
-    pictures = [Image.fromarray(read_rgb(wall.texture)) for wall in walls if wall.texture]
+    read = (wall.read_texture() for wall in walls)
+    pictures = [Image.fromarray(picture) for picture in read if picture is not None]
     columns = math.ceil(math.sqrt(len(walls)))
     rows = math.ceil(len(walls) / columns)
     cell = np.array([max(p.width for p in pictures), max(p.height for p in pictures)])
@@ -81,7 +81,7 @@ def join_textures(walls: Sequence[WallModel], path: Path) -> list[WallModel]:
         atlas.paste(picture.resize((int(side[0]), int(side[1]))), tuple((place * side).tolist()))
         assert wall.uv is not None
         uv = ((wall.uv + place) / grid).astype(np.float32)
-        moved.append(replace(wall, uv=uv, texture=path))
+        moved.append(replace(wall, uv=uv, texture=path, hidden=()))
     with atomic_path(path) as temporary:
         atlas.save(temporary, "PNG", compress_level=3)
     return moved

@@ -206,6 +206,8 @@ def _made_from(wall: WallModel, settings: ExportSettings) -> str:
         digest.update(b";")
     for view in wall.views:
         digest.update(repr(view.camera).encode() + view.cam_from_world.tobytes())
+    if wall.hidden:
+        digest.update(msgspec.json.encode(wall.hidden))
     if wall.texture is not None:
         digest.update(hash_path(wall.texture).encode())
     return digest.hexdigest()

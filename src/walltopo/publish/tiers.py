@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import StageError
-from walltopo.images.files import read_rgb
 from walltopo.publish.atlas import retexture
 from walltopo.publish.coarse_wall import CoarseWall, coarse_wall
 from walltopo.publish.coverage import count_views
@@ -85,9 +84,8 @@ class TierBuilder:
         return count_views(coarse.mesh, self.wall.views)[coarse.nearest]
 
     def _full(self, wall: WallModel, guessed: NDArray[np.bool_] | None) -> TexturedSurface:
-        picture = None if wall.texture is None else read_rgb(wall.texture)
         surface = split_at_borders(wall.mesh, wall.face_instance, wall.uv, guessed)
-        return TexturedSurface(surface, picture)
+        return TexturedSurface(surface, wall.read_texture())
 
     @cached_property
     def _plain(self) -> Surface:

@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, View
 from walltopo.geometry.topology import part_of_mesh
+from walltopo.images.files import read_rgb
+from walltopo.publish.hidden_texture import hide_in_texture
 from walltopo.publish.wall_files import WallFiles
 from walltopo.scans.artifacts import load_bundle
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.hidden import HiddenPlace
 from walltopo.scans.holds import Hold
 from walltopo.scans.pictures import TextureUv
 from walltopo.scans.routes import Route
@@ -30,7 +33,8 @@ class WallModel:
     face_instance : (F,) int32, hold id of each triangle, 0 = wall.
     patches : (F,) int32, instance of each triangle before edits, 0 = wall; None: `face_instance`.
     uv : (F, 3, 2) float32 in [0, 1], origin at the image's top left; None without a texture.
-    texture : file of the atlas; None without a texture.
+    texture : file of the atlas; None without a texture. Read it by `read_texture`.
+    hidden : places that are hidden in the texture.
     holds, routes : the rows of `holds.json` and `routes.json`.
     metric : whether lengths are metres.
     title : the name that people see.
@@ -47,6 +51,7 @@ class WallModel:
     title: str = "Wall"
     views: tuple[View, ...] = ()
     patches: NDArray[np.int32] | None = None
+    hidden: tuple[HiddenPlace, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.mesh.faces)
@@ -60,6 +65,18 @@ class WallModel:
             TextureUv(self.uv).check_fits(self.mesh)
         if (self.uv is None) != (self.texture is None):
             raise InputError("texture: texture.png and texture.npz must come together")
+
+    def read_texture(self) -> NDArray[np.uint8] | None:
+        """Return the (H, W, 3) sRGB atlas without hidden places; None without a texture.
+
+        Raises
+        ------
+        InputError : the file is unreadable.
+        """
+        if self.texture is None or self.uv is None:
+            return None
+        picture = read_rgb(self.texture)
+        return hide_in_texture(picture, self.mesh, self.uv, self.hidden) if self.hidden else picture
 
 
 def wall_model(reads: WallFiles, title: str) -> WallModel:
@@ -84,6 +101,7 @@ def wall_model(reads: WallFiles, title: str) -> WallModel:
         title=title,
         views=tuple(reads.sparse.views),
         patches=reads.instances.face_instance,
+        hidden=() if reads.hidden is None else reads.hidden.places,
     )
 
 

@@ -8,6 +8,7 @@ from walltopo.core import Mesh
 from walltopo.scans.artifacts import of
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.hidden import HiddenPlaces
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceTable, Relabelled
 from walltopo.scans.moves import Moves
@@ -29,6 +30,7 @@ class WallFiles:
     routes: Routes = of(ScanFolder.routes)
     holds: Holds = of(ScanFolder.holds)
     relabelled: Relabelled | None = of(ScanFolder.relabelled)
+    hidden: HiddenPlaces | None = of(ScanFolder.hidden)
     sparse: SparseModel = of(ScanFolder.sparse)
 
 

@@ -132,6 +132,19 @@ class Paint(_Edit, frozen=True, kw_only=True, tag="paint"):
     radius_m: Radius
 
 
+class Hide(_Edit, frozen=True, kw_only=True, tag="hide"):
+    """Hide a ball around a place in the texture and all photos, such as a person in them."""
+
+    at: Place
+    radius_m: Radius
+
+
+class Unhide(_Edit, frozen=True, kw_only=True, tag="unhide"):
+    """Show a place again: all hidden balls around it that overlap each other."""
+
+    at: Place
+
+
 class Cut(_Edit, frozen=True, kw_only=True, tag="cut"):
     """Cut an instance in two, along the line through two places as seen from the front.
 
@@ -237,6 +250,8 @@ Edit = (
     | SetRole
     | Add
     | Paint
+    | Hide
+    | Unhide
     | Cut
     | Join
     | Merge

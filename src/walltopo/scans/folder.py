@@ -14,6 +14,7 @@ from walltopo.scans.artifacts import Artifact, artifact, load_bundle, of, option
 from walltopo.scans.colmap_model import SparseModel
 from walltopo.scans.detections import Detections
 from walltopo.scans.edits import EditLog
+from walltopo.scans.hidden import HiddenPlaces
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords, InstanceTable, Relabelled
 from walltopo.scans.joined import Joined
@@ -70,6 +71,8 @@ class ScanFolder:
     holds = artifact(Holds, "holds.json", "edit")
     # Triangles whose label an edit changed; absent without any.
     relabelled = optional_artifact(Relabelled, "relabelled.npz", "edit")
+    # Places that a setter hid in texture and photos; absent without any.
+    hidden = optional_artifact(HiddenPlaces, "hidden.json", "edit")
     glb = artifact(Made, "wall.glb", "export")
     report = artifact(Made, "report.html", "export")
     page = artifact(Made, "index.html", "export")

@@ -19,6 +19,7 @@ from walltopo.core.files import atomic_path
 from walltopo.scans.attempt import AttemptFile
 from walltopo.scans.detections import CocoFile
 from walltopo.scans.edits import EditLog
+from walltopo.scans.hidden import HiddenPlaces
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import InstanceRecords
 from walltopo.scans.joined import Joined
@@ -47,6 +48,7 @@ SCHEMAS: dict[str, type[msgspec.Struct]] = {
     "attempt.json": AttemptFile,
     "page/labels.json": PageLabels,
     "joined.json": Joined,
+    "hidden.json": HiddenPlaces,
     "edits.json": EditLog,
     "sources.json": SourceList,
     "poses.json": GivenPoses,

@@ -16,7 +16,8 @@ from PIL import Image
 
 from walltopo.core import InputError, Mask, Silent
 from walltopo.images.files import read_rgb
-from walltopo.images.people import find_people, hide_people, people_mask
+from walltopo.images.fill import hide_pixels
+from walltopo.images.people import find_people, people_mask
 from walltopo.pipeline.runner import ScanResult, run_stage, scan
 from walltopo.pipeline.settings import load_settings
 from walltopo.reconstruct.settings import IngestSettings, SparseSettings
@@ -69,15 +70,15 @@ def test_hidden_pixels_do_not_depend_on_what_they_showed(
     photo = rng.integers(0, 256, (height, width, 3), dtype=np.uint8)
     mask = rng.random((height, width)) < rng.random()
     other = np.where(mask[..., None], 255 - photo, photo)
-    hidden = hide_people(photo, mask)
-    assert np.array_equal(hidden, hide_people(other, mask))
+    hidden = hide_pixels(photo, mask)
+    assert np.array_equal(hidden, hide_pixels(other, mask))
     assert np.array_equal(hidden[~mask], photo[~mask])
 
 
 def test_hidden_people_leave_the_colours_of_the_wall() -> None:
     photo, _ = with_person(wall(4), 500, 400, 300)
     mask = people_mask(photo, find_people(photo))
-    hidden = hide_people(photo, mask)
+    hidden = hide_pixels(photo, mask)
     assert np.abs(hidden[mask].astype(float) - 150).max() < 25
     assert find_people(hidden) == []
 

@@ -63,7 +63,7 @@ export interface EaseIn {
 /** `edits.json`; the entries apply in their order. */
 export interface EditLog {
   version?: 2;
-  edits?: (SetHold | Remove | Keep | SetRole | Add | Paint | Cut | Join | Merge | Split | Assign | SetProblem | Share | Leave | SetRoute)[];
+  edits?: (SetHold | Remove | Keep | SetRole | Add | Paint | Hide | Unhide | Cut | Join | Merge | Split | Assign | SetProblem | Share | Leave | SetRoute)[];
 }
 
 /** The scan after a log of edits. */
@@ -71,6 +71,7 @@ export interface EditResult {
   holds: ShownHold[];
   routes: Route[];
   surface: SurfaceLabels;
+  hidden: HiddenPlace[];
   notes: Note[];
 }
 
@@ -80,6 +81,19 @@ export interface GradeRow {
   high: string;
   coverage: number;
   graded?: number;
+}
+
+/** A ball around a place of the wall; world frame, metres (scan units without a scale). */
+export interface HiddenPlace {
+  at: [number, number, number];
+  radius_m: number;
+}
+
+/** Hide a ball around a place in the texture and all photos, such as a person in them. */
+export interface Hide {
+  do: "hide";
+  at: [number, number, number];
+  radius_m: number;
 }
 
 /** One hold or volume with its attributes. */
@@ -417,4 +431,10 @@ export interface Tweaks {
   tried: number;
   tweaks: Tweak[];
   version?: number;
+}
+
+/** Show a place again: all hidden balls around it that overlap each other. */
+export interface Unhide {
+  do: "unhide";
+  at: [number, number, number];
 }

@@ -4,9 +4,9 @@ import { say } from "../languages";
 import { h, icon } from "../panels/dom";
 import type { Shape } from "../panels/dom";
 
-export type Mode = "choose" | "several" | "add" | "addVolume" | "paint" | "erase" | "cut" | "leftOut" | "propose";
+export type Mode = "choose" | "several" | "add" | "addVolume" | "paint" | "erase" | "hide" | "cut" | "leftOut" | "propose";
 
-const MODES = ["add", "addVolume", "several", "paint", "erase", "leftOut", "propose"] as const satisfies Mode[];
+const MODES = ["add", "addVolume", "several", "paint", "erase", "hide", "leftOut", "propose"] as const satisfies Mode[];
 
 export interface BarActs {
   mode(mode: Mode): void;
@@ -14,8 +14,14 @@ export interface BarActs {
   redo(): void;
   save(): void;
   check(): void;
-  /** Metres. */
-  brush(radius: number): void;
+  /** Centimetres. */
+  brush(size: number): void;
+}
+
+export interface BrushSize {
+  min: number;
+  max: number;
+  value: number;
 }
 
 export interface BarState {
@@ -23,6 +29,8 @@ export interface BarState {
   canUndo: boolean;
   canRedo: boolean;
   canSave: boolean;
+  /** Centimetres, of the brush of the mode; null without one. */
+  brush: BrushSize | null;
   doubtful: number;
   leftOut: number;
   /** The server is working out what the last edit does. */
@@ -33,7 +41,7 @@ export interface BarState {
 export class Bar {
   readonly root = h("div", { class: "edit", role: "toolbar", "aria-label": say().edit.edit });
   private readonly buttons = new Map<string, HTMLButtonElement>();
-  private readonly size = h("input", { type: "range", min: 1, max: 12, value: 3, "aria-label": say().edit.brush });
+  private readonly size = h("input", { type: "range", "aria-label": say().edit.brush });
   private readonly status = h("span", { class: "hush", role: "status" });
   private measured = { width: 0, height: 0 };
 
@@ -57,8 +65,8 @@ export class Bar {
     this.root.append(this.status);
     add("check", edit.check, () => on.check()).title = edit.checkHint;
     for (const mode of MODES) add(mode, named[mode], () => on.mode(mode));
-    this.size.addEventListener("input", () => on.brush(Number(this.size.value) / 100));
-    this.buttons.get("erase")!.after(this.size);
+    this.size.addEventListener("input", () => on.brush(Number(this.size.value)));
+    this.buttons.get("hide")!.after(this.size);
   }
 
   /** CSS pixels that it takes at the top; the same while the width is: no button may move the picture. */
@@ -80,7 +88,12 @@ export class Bar {
     is("leftOut").textContent = `${edit.leftOut} ${state.leftOut}`;
     for (const mode of MODES) is(mode).setAttribute("aria-pressed", String(state.mode === mode));
     const wasHidden = this.size.hidden;
-    this.size.hidden = state.mode !== "paint" && state.mode !== "erase";
+    this.size.hidden = state.brush === null;
+    if (state.brush) {
+      const { min, max, value } = state.brush;
+      Object.assign(this.size, { min: String(min), max: String(max) });
+      this.size.value = String(value); // after its limits, which clamp it
+    }
     if (wasHidden && !this.size.hidden) this.size.scrollIntoView({ block: "nearest", inline: "nearest" });
     this.root.classList.toggle("busy", state.busy);
     this.root.setAttribute("aria-busy", String(state.busy));

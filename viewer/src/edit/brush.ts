@@ -1,35 +1,38 @@
-/** Painting with a ball: what a finger drawn over the wall gives to a hold, or to the wall. */
+/** Drawing with a ball over the wall: for painting holds, and for hiding places. */
 
 import type { Vector3 } from "three";
-import type { Hold, Vec3 } from "../data/types";
+import type { Vec3 } from "../data/types";
 import type { Hit } from "../input/picking";
-import { holdSwatch } from "../panels/swatch";
-import { NONE, refOf } from "./edit_log";
 import type { Edit } from "./edit_log";
 import type { EditorHost } from "./editor_host";
 
-export class Brush {
+export interface Paint {
   /** Metres. */
-  radius = 0.03;
+  radius: number;
+  colour: string;
+  edit(at: Vec3, radius: number): Edit;
+}
+
+export class Brush {
   private stroke: Edit[] | null = null;
   private last: Vector3 | null = null;
   private balls: (() => void)[] = [];
 
-  /** `target`: whom a stroke is for, null: the wall, undefined: nothing is painted now. */
+  /** `paint`: what a stroke is made of, null: nothing is painted now. */
   constructor(
     private readonly host: EditorHost,
-    private readonly target: () => Hold | null | undefined,
+    private readonly paint: () => Paint | null,
     private readonly done: (stroke: Edit[]) => void,
     signal: AbortSignal,
   ) {
     const { canvas } = host;
     canvas.addEventListener("pointerdown", (event) => {
-      if (this.target() === undefined || event.button !== 0) return;
+      if (this.paint() === null || event.button !== 0) return;
       if (!event.isPrimary) return this.cancel(); // two fingers move the wall
       this.begin();
-      this.paint(event);
+      this.draw(event);
     }, { signal });
-    canvas.addEventListener("pointermove", (event) => this.stroke && this.paint(event), { signal });
+    canvas.addEventListener("pointermove", (event) => this.stroke && this.draw(event), { signal });
     window.addEventListener("pointerup", () => this.end(), { signal });
     window.addEventListener("pointercancel", () => this.end(), { signal });
   }
@@ -42,7 +45,7 @@ export class Brush {
 
   /** One ball, as a stroke of its own; false where nothing is painted now. */
   dab(hit: Hit | null): boolean {
-    if (this.target() === undefined) return false;
+    if (this.paint() === null) return false;
     this.begin();
     this.touch(hit);
     this.end();
@@ -62,19 +65,19 @@ export class Brush {
     this.host.stage.redraw();
   }
 
-  private paint(event: PointerEvent): void {
+  private draw(event: PointerEvent): void {
     const { canvas, stage } = this.host;
     const box = canvas.getBoundingClientRect();
     this.touch(stage.pick(event.clientX - box.left, event.clientY - box.top));
   }
 
   private touch(hit: Hit | null): void {
-    if (!hit || (this.last && this.last.distanceTo(hit.point) < this.radius * 0.5)) return;
+    const paint = this.paint();
+    if (!hit || !paint || (this.last && this.last.distanceTo(hit.point) < paint.radius * 0.5)) return;
     this.last = hit.point;
-    const target = this.target() ?? null;
     const at = hit.point.toArray().map((v) => Number(v.toFixed(4))) as Vec3;
-    this.stroke!.push({ do: "paint", hold: target ? refOf(target) : NONE, at, radius_m: this.radius });
-    this.balls.push(this.host.stage.paintBall(hit.point, this.radius, target ? holdSwatch(target) : "#ffffff"));
+    this.stroke!.push(paint.edit(at, paint.radius));
+    this.balls.push(this.host.stage.paintBall(hit.point, paint.radius, paint.colour));
   }
 
   private end(): void {

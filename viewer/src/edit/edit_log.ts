@@ -17,14 +17,16 @@ export function routeRef({ id, holds }: Route, tables: Tables): Ref {
   return { id, at: tables.holds.get(holds[0]!)!.position };
 }
 
+function isOneStroke(last: Edit, entry: Edit | undefined): boolean {
+  if (last.do === "hide") return entry?.do === "hide";
+  return last.do === "paint" && entry?.do === "paint" && entry.hold.id === last.hold.id;
+}
+
 /** How many entries at the end of a log were one stroke of the brush, or 1. */
 function lastStep(entries: readonly Edit[]): number {
   const last = entries.at(-1);
-  if (last?.do !== "paint") return 1;
-  let count = 0;
-  for (let entry: Edit | undefined = last; entry?.do === "paint" && entry.hold.id === last.hold.id; ) {
-    entry = entries.at(-1 - ++count);
-  }
+  let count = 1;
+  while (last && isOneStroke(last, entries.at(-1 - count))) count++;
   return count;
 }
 

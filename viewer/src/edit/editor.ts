@@ -3,17 +3,20 @@
  * scan the server tells (the code that the scan itself runs), and that is what is shown.
  */
 
-import type { Vector3 } from "three";
+import { Vector3 } from "three";
 import type { Hold, Route, Tables, Vec3 } from "../data/types";
 import type { Hit } from "../input/picking";
 import { say } from "../languages";
 import { h, icon } from "../panels/dom";
+import { holdSwatch } from "../panels/swatch";
 import { Bar } from "./bar";
 import type { Mode } from "./bar";
 import { Brush } from "./brush";
+import type { Paint } from "./brush";
 import { holdControls, leftOutCard, leftOutList, routeControls, severalCard } from "./cards";
 import type { Acts } from "./cards";
-import { refOf } from "./edit_log";
+import { NONE, refOf } from "./edit_log";
+import type { Edit } from "./edit_log";
 import type { EditorHost } from "./editor_host";
 import { lowConfidence } from "./low_confidence";
 import { Photos } from "./photos";
@@ -22,7 +25,11 @@ import type { Server } from "./server";
 import { Session } from "./session";
 
 const NEAR = 0.05; // metres: a tap this near to an instance that was left out means it
-const AIMING: readonly Mode[] = ["add", "addVolume", "paint", "erase", "cut"];
+const AIMING: readonly Mode[] = ["add", "addVolume", "paint", "erase", "hide", "cut"];
+const BRUSHES: readonly Mode[] = ["paint", "erase", "hide"];
+const PAINT = { min: 1, max: 12 }; // centimetres: brushes for holds, and for people
+const HIDE = { min: 5, max: 50 };
+const HIDDEN = "#202020";
 
 export class Editor {
   /** Holds that are marked together. */
@@ -32,6 +39,10 @@ export class Editor {
   private absent: number | null = null;
   /** The first of a cut's two places. */
   private from: Vec3 | null = null;
+  /** Centimetres. */
+  private readonly brushSize = { paint: 3, hide: 15 };
+  /** Take the hidden places off the picture. */
+  private hidden: (() => void)[] = [];
   /** The selection to make once the server has answered. */
   private then: (() => void) | null = null;
   private readonly session: Session;
@@ -71,10 +82,10 @@ export class Editor {
       redo: () => this.session.redo(),
       save: () => void this.session.save(),
       check: () => this.checkNext(),
-      brush: (radius) => (this.brush.radius = radius),
+      brush: (size) => (this.brushSize[this.mode === "hide" ? "hide" : "paint"] = size),
     });
     host.view.append(this.bar.root);
-    this.brush = new Brush(host, () => this.painted(), (stroke) => this.session.change(...stroke), signal);
+    this.brush = new Brush(host, () => this.paint(), (stroke) => this.stroked(stroke), signal);
     window.addEventListener("keydown", (event) => this.key(event), { signal });
     window.addEventListener("beforeunload", (event) => this.session.changed && event.preventDefault(), { signal });
     this.showBar();
@@ -96,6 +107,7 @@ export class Editor {
   dispose(): void {
     this.gone.abort();
     this.proposing.end();
+    for (const remove of this.hidden) remove();
     this.host.draw(false);
     this.bar.root.remove();
   }
@@ -105,7 +117,7 @@ export class Editor {
   /** True when the tap was the editor's. */
   tapped(hit: Hit | null): boolean {
     const known = hit !== null && this.session.result.tables.holds.has(hit.hold);
-    if (this.mode === "paint" || this.mode === "erase") return true;
+    if (this.isBrush) return true;
     if (this.mode === "cut") return this.cutAt(hit);
     if (this.mode === "propose") return true;
     if (this.mode === "several") {
@@ -131,7 +143,11 @@ export class Editor {
 
   /** True when the place was painted: as a short stroke is. */
   paintAt(hit: Hit | null): boolean {
-    return (this.mode === "paint" || this.mode === "erase") && this.brush.dab(hit);
+    return this.isBrush && this.brush.dab(hit);
+  }
+
+  private get isBrush(): boolean {
+    return BRUSHES.includes(this.mode);
   }
 
   /** Leave the mode; false when there is none. */
@@ -201,6 +217,7 @@ export class Editor {
     stage.reserve(Math.max(0, ...tables.holds.keys(), ...leftOut.keys()));
     if (labels) stage.relabel(labels);
     this.brush.clear();
+    this.showHidden();
     this.host.show(tables);
     this.then?.();
     this.then = null;
@@ -294,14 +311,14 @@ export class Editor {
       this.mode = "choose";
       this.host.say(edit.chooseFirst);
     }
-    if (["several", "leftOut", "add", "addVolume", "propose"].includes(this.mode)) this.host.select(null, null);
-    const hints: Partial<Record<Mode, string>> = { add: edit.addHint, addVolume: edit.addVolumeHint, cut: edit.cutFirst };
+    if (["several", "leftOut", "add", "addVolume", "hide", "propose"].includes(this.mode)) this.host.select(null, null);
+    const hints: Partial<Record<Mode, string>> = { hide: edit.hideHint, add: edit.addHint, addVolume: edit.addVolumeHint, cut: edit.cutFirst };
     const hint = hints[this.mode];
     if (hint) this.host.say(hint);
     const picks = this.isAiming || this.mode === "several";
     this.host.view.classList.toggle("painting", picks);
     this.host.view.classList.toggle("aiming", this.isAiming);
-    this.host.draw(this.mode === "paint" || this.mode === "erase");
+    this.host.draw(this.isBrush);
     if (picks) this.host.canvas.focus({ preventScroll: true });
     this.host.dots(this.dots());
     this.host.refresh();
@@ -312,15 +329,42 @@ export class Editor {
     return this.mode === "leftOut" ? [...this.session.result.leftOut.values()].map(({ position }) => position) : [];
   }
 
-  private painted(): Hold | null | undefined {
-    if (this.mode === "erase") return null;
-    return this.mode === "paint" ? (this.host.chosen().hold ?? undefined) : undefined;
+  // Brushes -----------------------------------------------------------------------------------
+
+  private paint(): Paint | null {
+    if (this.mode === "hide") {
+      const edit = (at: Vec3, radius: number): Edit => ({ do: "hide", at, radius_m: radius });
+      return { radius: this.brushSize.hide / 100, colour: HIDDEN, edit };
+    }
+    const hold = this.mode === "paint" ? this.host.chosen().hold : null;
+    if (this.mode !== "erase" && !hold) return null;
+    const edit = (at: Vec3, radius: number): Edit => ({ do: "paint", hold: hold ? refOf(hold) : NONE, at, radius_m: radius });
+    return { radius: this.brushSize.paint / 100, colour: hold ? holdSwatch(hold) : "#ffffff", edit };
+  }
+
+  /** A stroke is drawn; a tap on a hidden place shows it again. */
+  private stroked(stroke: Edit[]): void {
+    const [first] = stroke;
+    if (stroke.length === 1 && first?.do === "hide" && this.isHidden(first.at)) {
+      this.session.change({ do: "unhide", at: first.at });
+    } else this.session.change(...stroke);
+  }
+
+  private isHidden([x, y, z]: Vec3): boolean {
+    return this.session.result.hidden.some(({ at, radius_m }) => Math.hypot(x - at[0], y - at[1], z - at[2]) <= radius_m);
+  }
+
+  private showHidden(): void {
+    for (const remove of this.hidden) remove();
+    const { hidden } = this.session.result;
+    this.hidden = hidden.map(({ at, radius_m }) => this.host.stage.paintBall(new Vector3(...at), radius_m, HIDDEN));
   }
 
   private showBar(): void {
     const { canUndo, canRedo, canSave, busy, status, result } = this.session;
     const counts = { doubtful: this.toCheck.length, leftOut: result.leftOut.size };
-    this.bar.show({ mode: this.mode, canUndo, canRedo, canSave, busy, status, ...counts });
+    const brush = !this.isBrush ? null : this.mode === "hide" ? { ...HIDE, value: this.brushSize.hide } : { ...PAINT, value: this.brushSize.paint };
+    this.bar.show({ mode: this.mode, brush, canUndo, canRedo, canSave, busy, status, ...counts });
   }
 }
 

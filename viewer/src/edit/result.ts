@@ -2,7 +2,7 @@
 
 import { tablesOf } from "../data/tables";
 import type { Hold, Tables } from "../data/types";
-import type { EditResult, Note } from "../data/wire";
+import type { EditResult, HiddenPlace, Note } from "../data/wire";
 import { Labels } from "../geometry/labels";
 
 export interface Result {
@@ -11,6 +11,7 @@ export interface Result {
   leftOut: Map<number, Hold>;
   /** Null: as the tiers came. */
   labels: Labels | null;
+  hidden: readonly HiddenPlace[];
   notes: Note[];
 }
 
@@ -23,6 +24,7 @@ export function resultOf(raw: EditResult, base: Tables): Result {
     tables: tablesOf({ holds: kept, routes: raw.routes, title, metric }, title),
     leftOut: tablesOf({ holds: others }, "").holds,
     labels: new Labels(raw.surface),
+    hidden: raw.hidden,
     notes: raw.notes,
   };
 }

@@ -41,7 +41,7 @@ export class Session {
     private readonly on: Listener,
     private readonly gone: AbortSignal,
   ) {
-    this.result = { tables: base, leftOut: new Map(), labels: null, notes: [] };
+    this.result = { tables: base, leftOut: new Map(), labels: null, hidden: [], notes: [] };
   }
 
   async start(): Promise<void> {

@@ -149,6 +149,8 @@ const edit = {
   several: "Select several",
   paint: "Paint",
   erase: "Erase",
+  hide: "Hide",
+  hideHint: "Draw over a person or anything that nobody may see. Tap a hidden place to show it again.",
   leftOut: "Left out",
   leftOutHint: "The scan found these but did not count them as holds. Dots on the wall show where they are.",
   brush: "Brush, cm",

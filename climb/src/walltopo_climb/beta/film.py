@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core.files import atomic_path
-from walltopo.images.people import find_people, hide_people
+from walltopo.images.fill import hide_pixels
+from walltopo.images.people import find_people
 from walltopo.reconstruct.ingest.video import timed_frames
 from walltopo.segment.detect.photo_detections import box_iou
 from walltopo_climb.beta.clip import MAX_SECONDS
@@ -53,7 +54,7 @@ class _Others:
             across, down = _MARGIN * (x1 - x0), _MARGIN * (y1 - y0)
             rows = slice(max(int(y0 - down), 0), int(np.ceil(y1 + down)))
             mask[rows, max(int(x0 - across), 0) : int(np.ceil(x1 + across))] = True
-        return hide_people(frame, mask)
+        return hide_pixels(frame, mask)
 
 
 def write_film(clip: Path, film: Path, frames: Frames, max_seconds: float = MAX_SECONDS) -> None:

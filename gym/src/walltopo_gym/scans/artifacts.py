@@ -34,10 +34,11 @@ def _key_prefix(scan: UUID) -> str:
 
 
 def upload_stage(store: FileStore, scan: UUID, folder: ScanFolder, stage: str) -> None:
-    """Upload the files that a stage wrote."""
+    """Upload the files that a stage wrote, and drop the optional ones that it wrote before."""
     made = [path for step in stored_plan(folder) if step.name == stage for path in step.writes]
     if stage == "export":  # can be made again, but an edit would take as long as an export
         made.append(folder.work / TIERS)
+    store.drop([_file_key(scan, folder, path) for path in made if not path.exists()])
     upload_files(store, scan, folder, *made, folder.manifest)
 
 

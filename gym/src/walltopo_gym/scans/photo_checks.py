@@ -29,8 +29,9 @@ from sqlalchemy.orm import Session
 
 from walltopo.core import EnvironmentLacksError, Silent
 from walltopo.images.files import read_grey, read_rgb
+from walltopo.images.fill import hide_pixels
 from walltopo.images.markers import detect_markers
-from walltopo.images.people import find_people, hide_people, people_mask
+from walltopo.images.people import find_people, people_mask
 from walltopo.reconstruct.ingest.decoding import Done, decode_files
 from walltopo.reconstruct.ingest.image_file import MIN_SHARPNESS
 from walltopo.reconstruct.scale.plates import built_in_plates
@@ -227,7 +228,7 @@ def _make_thumbnail(path: Path) -> bytes:
     photo = read_rgb(path)
     people = find_people(photo)
     if people:
-        photo = hide_people(photo, people_mask(photo, people))
+        photo = hide_pixels(photo, people_mask(photo, people))
     small = Image.fromarray(photo)
     small.thumbnail((_THUMBNAIL, _THUMBNAIL))
     out = io.BytesIO()

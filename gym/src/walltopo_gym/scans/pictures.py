@@ -44,9 +44,8 @@ def store_front(store: FileStore, scan: UUID, folder: ScanFolder) -> None:
         wall.mesh.vertices, wall.mesh.faces, -front_direction(wall.mesh), _UP, _DRAWN
     )
     colours = np.full((len(wall.mesh.faces), 3), 160, dtype=np.uint8)
-    if wall.uv is not None and wall.texture is not None:
-        with Image.open(wall.texture) as atlas:
-            pixels = np.asarray(atlas.convert("RGB"), dtype=np.uint8)
+    pixels = wall.read_texture()
+    if wall.uv is not None and pixels is not None:
         size = np.array(pixels.shape[1::-1])
         at = np.clip((wall.uv.mean(axis=1) * size).astype(int), 0, size - 1)
         colours = pixels[at[:, 1], at[:, 0]]

@@ -9,6 +9,7 @@ from walltopo.editing.snapshot import SnapshotFiles
 from walltopo.pipeline.stage import Cost, Stage
 from walltopo.scans.artifacts import Context, figures, of
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.hidden import HiddenPlaces
 from walltopo.scans.holds import Holds
 from walltopo.scans.instances import Relabelled
 from walltopo.scans.manifest import Metrics
@@ -22,14 +23,16 @@ class Writes:
     routes: Routes = of(ScanFolder.routes)
     holds: Holds = of(ScanFolder.holds)
     relabelled: Relabelled | None = of(ScanFolder.relabelled)
+    hidden: HiddenPlaces | None = of(ScanFolder.hidden)
     metrics: Metrics = figures()
 
 
 def run(reads: SnapshotFiles, settings: EditSettings, context: Context) -> Writes:
     """Replay the edit log on the output of `classify` and `routes`.
 
-    Metrics: edits, edits without a target; holds, volumes, instances left out; routes, holds in a
-    route, holds without a route, ambiguous holds, routes with a low-confidence start or top.
+    Metrics: edits, edits without a target, hidden places; holds, volumes, instances left out;
+    routes, holds in a route, holds without a route, ambiguous holds, routes with a low-confidence
+    start or top.
 
     Raises
     ------
@@ -49,9 +52,11 @@ def run(reads: SnapshotFiles, settings: EditSettings, context: Context) -> Write
         routes=outcome.routes,
         holds=outcome.holds,
         relabelled=Relabelled.between(snapshot.labels, outcome.labels),
+        hidden=HiddenPlaces(places=outcome.hidden) if outcome.hidden else None,
         metrics={
             "edits": len(log.edits),
             "lost": len(outcome.notes),
+            "hidden": len(outcome.hidden),
             "holds": len(holds) - volumes,
             "volumes": volumes,
             "left_out": len(outcome.holds.left_out),

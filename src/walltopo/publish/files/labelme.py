@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from walltopo.core import InputError, Progress, View
 from walltopo.core.files import join_inside, write_json
+from walltopo.images.files import read_rgb
 from walltopo.publish.wall_data import WallModel
 from walltopo.scans.folder import ScanFolder
+from walltopo.scans.hidden import hide_in_photo
 
 MIN_PIXELS = 30  # a smaller hold gets no outline
 
@@ -69,13 +71,15 @@ def _document(view: View, wall: WallModel, image: str) -> dict[str, Any]:
 def write_labelme(folder: Path, scan: ScanFolder, wall: WallModel, progress: Progress) -> int:
     """Write one `<photo>.json` per registered photo, beside a copy of it; return their number.
 
-    Other files in the folder stay.
+    Hidden places are hidden in the copies. Other files in the folder stay.
 
     Raises
     ------
     InputError : the scan has no camera poses, or a photo is missing.
     """
     import shutil
+
+    from PIL import Image
 
     from walltopo.scans.colmap_model import read_views
 
@@ -87,7 +91,11 @@ def write_labelme(folder: Path, scan: ScanFolder, wall: WallModel, progress: Pro
         if not photo.is_file():
             raise InputError(f"{photo}: the photo is missing")
         name = Path(view.name).name
-        shutil.copyfile(photo, folder / name)
+        if wall.hidden:
+            shown = Image.fromarray(hide_in_photo(read_rgb(photo), view, wall.hidden))
+            shown.save(folder / name, quality=95, subsampling=0)
+        else:
+            shutil.copyfile(photo, folder / name)
         write_json((folder / name).with_suffix(".json"), _document(view, wall, name))
         progress.advance()
     return len(views)

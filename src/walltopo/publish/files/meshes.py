@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from walltopo.core.files import atomic_path, write_json
 from walltopo.geometry.mesh_files import write_ply
-from walltopo.images.files import read_rgb
 from walltopo.publish.surface import Surface, split_at_borders
 from walltopo.publish.texture_image import encode_picture, texels
 from walltopo.publish.wall_data import WallModel
@@ -54,10 +53,11 @@ def write_painted_ply(path: Path, wall: WallModel) -> None:
 
 def _vertex_colours(wall: WallModel) -> NDArray[np.uint8] | None:
     """Return the (V, 3) colours of the vertices, from the texture if the wall has one."""
-    if wall.texture is None or wall.uv is None:
+    picture = wall.read_texture()
+    if picture is None or wall.uv is None:
         return wall.mesh.vertex_colours
     result = np.full(wall.mesh.vertices.shape, 128, dtype=np.uint8)
-    result[wall.mesh.faces.ravel()] = texels(read_rgb(wall.texture), wall.uv.reshape(-1, 2))
+    result[wall.mesh.faces.ravel()] = texels(picture, wall.uv.reshape(-1, 2))
     return result
 
 
@@ -81,8 +81,9 @@ def write_obj(path: Path, wall: WallModel, quality: int = 90) -> None:
     surface = split_at_borders(wall.mesh, wall.face_instance, wall.uv)
     label = surface.feature[surface.triangles[:, 0]]
     lines: list[str] = ["# walltopo, metres, z up\n"]
-    if wall.texture is not None:
-        data, _ = encode_picture(read_rgb(wall.texture), 8192, "JPEG", quality)
+    picture = wall.read_texture()
+    if picture is not None:
+        data, _ = encode_picture(picture, 8192, "JPEG", quality)
         with atomic_path(path.with_suffix(".jpg")) as temporary:
             temporary.write_bytes(data)
         material = f"newmtl wall\nKd 1 1 1\nmap_Kd {path.stem}.jpg\n"

@@ -16,6 +16,7 @@ from walltopo.publish.report.maps import draw_maps, thumbnail
 from walltopo.publish.wall_data import WallModel
 from walltopo.publish.wall_files import PageFiles
 from walltopo.publish.web_page import render
+from walltopo.scans.hidden import are_hidden
 from walltopo.scans.holds import Hold, steepness_words
 from walltopo.scans.manifest import StageRecord
 from walltopo.scans.photos import Photo, PhotoSet, SkippedFile
@@ -32,6 +33,12 @@ def _median_edge(wall: WallModel) -> float:
     return float(np.median(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)))
 
 
+def _concealed_holds(wall: WallModel) -> set[int]:
+    """Return the ids of holds of which a hidden place covers a part."""
+    inside = are_hidden(wall.mesh.centroids, wall.hidden)
+    return set(np.unique(wall.face_instance[inside]).tolist()) - {0}
+
+
 def report_html(wall: WallModel, facts: Facts, tiers: PageTiers, glb_bytes: int, page: str) -> str:
     """Return the report: one self-contained file that loads nothing from other hosts.
 
@@ -41,12 +48,15 @@ def report_html(wall: WallModel, facts: Facts, tiers: PageTiers, glb_bytes: int,
     glb_bytes : size of `wall.glb`; page : file name of the wall's page.
     """
 
+    concealed = _concealed_holds(wall)
+
     def photo(name: str) -> str | None:
-        return thumbnail(facts.folder.path(name), 220)
+        # Only unregistered photos are shown, in which nobody knows the hidden places.
+        return None if wall.hidden else thumbnail(facts.folder.path(name), 220)
 
     def cutout(hold: int) -> str | None:
         file = facts.cutouts.get(hold)
-        return thumbnail(file, 128) if file else None
+        return thumbnail(file, 128) if file and hold not in concealed else None
 
     to_review = [hold for hold in wall.holds if hold.review]
     first = tiers.first()

@@ -109,6 +109,8 @@ class _Pages:
         """Return the file of a name, or None if the page does not use it or it is a link."""
         if not SERVED.fullmatch(name):
             return None
+        if name.startswith("cutouts/") and self.scan.hidden.exists():
+            return None  # they are crops of photos in which nothing is hidden
         root = self.scan.root.resolve()
         path = root / name
         return path if path.is_file() and path.resolve() == path else None

@@ -10,7 +10,8 @@ from walltopo.core import Progress
 from walltopo.core.files import explain_full_disk
 from walltopo.core.parallel import map_ahead
 from walltopo.images.files import read_rgb
-from walltopo.images.people import find_people, hide_people, people_mask
+from walltopo.images.fill import hide_pixels
+from walltopo.images.people import find_people, people_mask
 from walltopo.reconstruct.ingest.store import JPEG_QUALITY
 from walltopo.scans.people import PEOPLE, HiddenPeople, PeopleList
 
@@ -43,7 +44,7 @@ def _hide_people_in(path: Path) -> HiddenPeople | None:
         return None
     mask = people_mask(photo, people)
     stream = io.BytesIO()
-    hidden = Image.fromarray(hide_people(photo, mask))
+    hidden = Image.fromarray(hide_pixels(photo, mask))
     hidden.save(stream, "JPEG", quality=JPEG_QUALITY, subsampling=0)
     with explain_full_disk(path):
         path.write_bytes(stream.getbuffer())
