@@ -15,6 +15,7 @@ from walltopo_lab.synth.params import GymSettings, PhotoSettings
 from walltopo_lab.synth.recipe import Recipe, generate
 from walltopo_lab.train.two_colours import fit
 from walltopo_lab.train.two_colours.net import loss_of, varied
+from walltopo_lab.train.two_colours.real import one_coloured, recoloured
 from walltopo_lab.train.two_colours.views import (
     NONE,
     SOME,
@@ -105,10 +106,32 @@ def test_the_threshold_keeps_one_coloured_holds_out() -> None:
     odds = (np.where(share > 0, 4.0, -4.0) + noise).astype(np.float32)
     empty = np.zeros((count, 1), np.float32)
     views = PartedViews(np.arange(count), empty, empty, share, share)
-    certain, recall = fit.threshold(views, odds)
+    certain, recall = fit.threshold(views, odds, np.zeros(0, np.float32))
     found = np.array([probability(odds[[hold]]) for hold in range(count)]) > certain
     assert found[share == 0].mean() <= fit.FALSE
     assert recall == found[share > 0].mean() > 0.7
+
+
+def test_the_threshold_keeps_holds_of_real_photos_out(views: PartedViews) -> None:
+    odds = np.linspace(-3, 3, len(views.share)).astype(np.float32)
+    real = np.random.default_rng(2).normal(4, 2, 500).astype(np.float32)
+    certain, _ = fit.threshold(views, odds, real)
+    found = np.array([probability(one[None]) for one in real]) > certain
+    assert 0.5 * fit.FALSE_REAL <= found.mean() <= fit.FALSE_REAL
+
+
+def test_a_hold_gets_the_paint_of_another_on_a_part(views: PartedViews) -> None:
+    made = recoloured(views.pictures, np.random.default_rng(3))
+    assert 0 < len(made.share) <= len(views.share)
+    assert ((made.share > 0.08) & (made.share < 0.92)).all()
+    cover = made.pictures[:, 3]
+    for row, part in enumerate(made.parts):
+        first, second = (
+            np.average(made.pictures[row, :3].reshape(3, -1), axis=1, weights=weight.ravel() + 1e-6)
+            for weight in (cover[row] * (1 - part), cover[row] * part)
+        )
+        assert np.linalg.norm(first - second) > 0.05
+    assert (one_coloured(views.pictures).share == 0).all()
 
 
 @pytest.mark.slow
@@ -119,7 +142,9 @@ def test_a_short_training_writes_a_network_that_opens(
     monkeypatch.setattr(fit, "NETS", 1)
     monkeypatch.setattr(fit, "recipe_of", lambda seed: replace(SMALL, seed=seed))
     out = tmp_path / "two.onnx"
-    certain, _ = fit.fit_two_colours(out, tmp_path / "gyms", 3, 2, Silent())
+    generate(tmp_path / "gyms" / "3", replace(SMALL, seed=3))
+    photos = sorted((tmp_path / "gyms" / "3" / "photos").iterdir())
+    certain, _ = fit.fit_two_colours(out, tmp_path / "gyms", 3, 2, photos, Silent())
     model = open_model(out)
     assert model.certain == pytest.approx(certain, abs=1e-4)
     odds, parts = model.answers(np.zeros((3, CHANNELS, SIDE, SIDE), np.float32))

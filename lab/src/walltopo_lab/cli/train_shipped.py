@@ -18,7 +18,7 @@ then replace src/walltopo/models/hold_types.onnx, and print the figures again:
 
 TWO_COLOURS = """\
 example:
-  walltopo train two-colours gyms/ -o two_colours.onnx
+  walltopo train two-colours gyms/ --photos DATA/hold-boxes/train/images -o two_colours.onnx
 then replace src/walltopo/models/two_colours.onnx, and print the figures again:
   python -m benchmarks.two_colours FOLDER
 """
@@ -70,6 +70,12 @@ def two_colours_parser(prog: str) -> argparse.ArgumentParser:
     parser.add_argument("-o", "--out", type=Path, required=True, help="ONNX file to write")
     add_overwrite(parser)
     _add_gyms(parser, 6300, 33)
+    parser.add_argument(
+        "--photos",
+        type=Path,
+        metavar="FOLDER",
+        help="photos of real walls, nearly all of whose holds have one colour",
+    )
     parser.set_defaults(run=run_two_colours)
     add_needs(parser, {**modules_of("train"), **SHAPES})
     return parser
@@ -129,16 +135,18 @@ def run_two_colours(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console
     from walltopo.cli.listener import TerminalListener
     from walltopo.core.outputs import claimed_folder, written_file
+    from walltopo.segment.detect.photos import photos_in
     from walltopo_lab.train.two_colours.fit import fit_two_colours
 
     command = "train two-colours"
+    photos = photos_in(args.photos) if args.photos else []
     claimed_folder(output_target(args, args.folder, command, flag="FOLDER"))
     with (
         written_file(output_target(args, args.out, command)) as made,
         TerminalListener(console) as progress,
     ):
         first, count = args.gyms
-        certain, recall = fit_two_colours(made, args.folder, first, count, progress)
+        certain, recall = fit_two_colours(made, args.folder, first, count, photos, progress)
     console.print(
         f"{args.out}: two colours from a probability of {certain:.3f}; {recall:.0%} of the "
         "two-coloured holds of the gyms held out are found",
