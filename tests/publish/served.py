@@ -12,6 +12,7 @@ from walltopo.editing.http import editor_routes
 from walltopo.editing.log_file import EditLogFile
 from walltopo.editing.session import EditSession
 from walltopo.pipeline.edit_session import open_session
+from walltopo.publish.server.first_look import UnfinishedScan
 from walltopo.publish.server.run import Server
 from walltopo.scans.folder import ScanFolder
 
@@ -36,11 +37,13 @@ def served(
     embed: Sequence[str] = (),
     host: str = "127.0.0.1",
     opened: Callable[[ScanFolder], EditSession] = still,
+    unfinished: UnfinishedScan | None = None,
 ) -> Iterator[Server]:
     """A server on a free port, as long as the block takes."""
     session = opened(ScanFolder(root)) if edit else None
     routes = editor_routes(session) if session else ()
-    server = Server(root, 0, host, embed, None, routes, session.close if session else lambda: None)
+    close = session.close if session else lambda: None
+    server = Server(root, 0, host, embed, None, routes, close, unfinished)
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     try:

@@ -49,6 +49,7 @@ FLOWS = (
     "reset",
     "borders",
     "touch",
+    "growing",
 )
 # Screenshots of the last run, for people to look at: a folder for each flow.
 SHOTS = Path(os.environ.get("WALLTOPO_SHOTS", VIEWER.parent / "build" / "viewer-shots"))
@@ -299,6 +300,40 @@ def run_playwright(
     return run_npx("playwright", "test", *words, WALLTOPO_PLACES=str(own), **environment)
 
 
+class GrowingScan:
+    """A scan that has one more look after each that somebody saw, and then its page."""
+
+    title = "Growing wall"
+    LOOKS = ("scale-1", "dense-2")
+
+    def __init__(self, finished: ScanFolder, root: Path) -> None:
+        self._page = finished.page
+        self._root = Path(shutil.copytree(finished.root, root))
+        (root / "index.html").unlink()
+        self._tier = finished.glb.read_bytes()
+        self._seen: set[str] = set()
+
+    def status(self) -> dict[str, object]:
+        left = [look for look in self.LOOKS if look not in self._seen]
+        if not left:
+            shutil.copyfile(self._page, self._root / "index.html")
+        stages = [
+            {"name": name, "state": "done" if f"{name}-" in "".join(self._seen) else "running"}
+            for name in ("scale", "dense")
+        ]
+        return {
+            "stages": stages,
+            "running": bool(left),
+            "look": (left or self.LOOKS[-1:])[0],
+            "problem": "",
+            "finished": not left,
+        }
+
+    def look(self, name: str) -> bytes:
+        self._seen.add(name)
+        return self._tier
+
+
 @pytest.fixture(scope="module")
 def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, ScanFolder]]:
     """The list of pages to check, served as long as it takes; and the scan that is edited."""
@@ -344,13 +379,16 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Sca
     after = exported(room / "reset", missed=1)
     narrow = exported(room / "touch", missed=1)
     dense = exported(room / "spray", holds=40)
+    growing = GrowingScan(scan, room / "growing")
     with (
         served(scan.root, edit=False) as web,
         served(editing.root, edit=True, opened=open_session) as edit,
         served(after.root, edit=True, opened=open_session) as reset,
         served(dense.root, edit=True, opened=open_session) as spray,
         served(narrow.root, edit=True, opened=open_session) as touch,
+        served(room / "growing", edit=False, unfinished=growing) as first_look,
     ):
+        found["growing"] = first_look.url
         found |= {"web": web.url, "edit": edit.url, "spray": spray.url}
         x, z = hold_places(12)[-1]
         missed = [x, 0.0, z]

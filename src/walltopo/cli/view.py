@@ -14,10 +14,13 @@ if TYPE_CHECKING:
     from rich.console import Console
     from starlette.routing import BaseRoute
 
+    from walltopo.pipeline.first_look import FollowedScan
+    from walltopo.scans.folder import ScanFolder
+
 
 _EXAMPLES = """\
 examples:
-  walltopo view wall
+  walltopo view wall                               while the scan runs, too
   walltopo view wall --host 192.168.1.20           on a phone: scan the QR code
   walltopo view wall --host 192.168.1.20 --edit    the QR code includes the token for editing
 """
@@ -69,21 +72,47 @@ def _editor_routes(args: argparse.Namespace) -> tuple[Sequence[BaseRoute], Calla
     return editor_routes(session), session.close
 
 
+def _unfinished_scan(scan: ScanFolder, edit: bool) -> FollowedScan | None:
+    """Return a scan without a page, to follow it; None for one that has its page.
+
+    Raises
+    ------
+    InputError : there is no scan, or one without a page shall be edited.
+    """
+    if scan.page.is_file():
+        return None
+    if not scan.manifest.is_file():
+        raise InputError(
+            f"{scan.root}: no page to show",
+            f"Begin a scan: `walltopo scan PHOTOS -o {scan.root}`.",
+        )
+    if edit:
+        raise InputError(
+            f"{scan.root}: no page to edit", f"Finish `walltopo scan -o {scan.root}` first."
+        )
+    from walltopo.pipeline.first_look import FollowedScan
+
+    return FollowedScan(scan)
+
+
 def _view(args: argparse.Namespace) -> int:
     from walltopo.cli.console import console, error_console
     from walltopo.publish.server.run import Server
     from walltopo.scans.folder import ScanFolder
 
-    if not ScanFolder(args.scan).page.is_file():
-        raise InputError(
-            f"{args.scan}: no page to show", f"Finish `walltopo scan -o {args.scan}` first."
-        )
+    unfinished = _unfinished_scan(ScanFolder(args.scan), args.edit)
 
     def print_defect(text: str) -> None:
         error_console.print(text, soft_wrap=True)
 
     server = Server(
-        args.scan, args.port, args.host, args.embed, print_defect, *_editor_routes(args)
+        args.scan,
+        args.port,
+        args.host,
+        args.embed,
+        print_defect,
+        *_editor_routes(args),
+        unfinished,
     )
     console.print(server.url, style="bold", soft_wrap=True)
     for line in server.notes():
@@ -93,6 +122,8 @@ def _view(args: argparse.Namespace) -> int:
             "Scan the code with a phone in the same network"
             + ("; it includes the token: anyone who scans it can save edits." if args.edit else ".")
         )
+    if unfinished is not None:
+        console.print("The scan has no page yet: the address shows the wall as far as it is known.")
     console.print("Ctrl-C stops.")
     server.run()
     console.print("stopped")

@@ -19,6 +19,11 @@ from starlette.types import ASGIApp
 
 from walltopo.core import EnvironmentLacksError, WalltopoError
 from walltopo.core.errors import EditsChangedError, problem_key
+from walltopo.publish.server.first_look import (
+    UnfinishedScan,
+    first_look_routes,
+    to_first_look,
+)
 from walltopo.publish.server.guard import Guard, Rules, policy, problem
 from walltopo.scans.folder import ScanFolder
 
@@ -38,12 +43,14 @@ def make_app(
     rules: Rules,
     editor: Sequence[BaseRoute] = (),
     on_defect: Callable[[str], None] | None = None,
+    unfinished: UnfinishedScan | None = None,
 ) -> ASGIApp:
     """Return the guarded application.
 
     Parameters
     ----------
     editor : routes below `/api/`, which need the token; empty without edit mode.
+    unfinished : the scan while it runs, which is shown until its page is there.
     on_defect : called with a line about each request that failed by a defect.
     """
 
@@ -54,10 +61,11 @@ def make_app(
         path = request.scope["path"]
         return problem(path, HTTPStatus.INTERNAL_SERVER_ERROR, "walltopo failed to answer")
 
-    pages = _Pages(scan, rules)
+    pages = _Pages(scan, rules, follow=unfinished is not None)
     app = Starlette(
         routes=[
             *editor,
+            *([] if unfinished is None else first_look_routes(unfinished)),
             Route("/{name:path}", pages.file, methods=["GET"]),
         ],
         exception_handlers={
@@ -71,9 +79,10 @@ def make_app(
 
 
 class _Pages:
-    def __init__(self, scan: ScanFolder, rules: Rules) -> None:
+    def __init__(self, scan: ScanFolder, rules: Rules, *, follow: bool) -> None:
         self.scan = scan
         self.rules = rules
+        self.follow = follow
         # Starlette handles validators, ranges and not-modified; `_path` selects the file.
         self.files = StaticFiles(directory=scan.root)
 
@@ -83,6 +92,8 @@ class _Pages:
         if name == "index.html" and self.rules.token is not None and token is not None:
             return await self._editor(token)
         path = await run_in_threadpool(self._path, name)
+        if path is None and name == "index.html" and self.follow:
+            return to_first_look()
         if path is None:
             raise HTTPException(HTTPStatus.NOT_FOUND, "not found")
         answer = self.files.file_response(path, path.stat(), request.scope)

@@ -15,6 +15,7 @@ from starlette.routing import BaseRoute
 
 from walltopo.publish.server.address import check_origin, listen
 from walltopo.publish.server.app import make_app
+from walltopo.publish.server.first_look import UnfinishedScan
 from walltopo.publish.server.guard import Rules
 from walltopo.scans.folder import ScanFolder
 
@@ -32,6 +33,7 @@ class Server(uvicorn.Server):
     port : 0 takes any free one.
     editor : the editor's routes; if there are any, edit mode is on and needs the token.
     close : called when the server has ended.
+    unfinished : the scan while it runs, which is shown until its page is there.
     host : see `listen`.
     embed : origins whose pages may embed this one in a frame.
     on_defect : called, from any thread, with a line about each request that failed by a defect.
@@ -50,6 +52,7 @@ class Server(uvicorn.Server):
         on_defect: Callable[[str], None] | None = None,
         editor: Sequence[BaseRoute] = (),
         close: Callable[[], None] = lambda: None,
+        unfinished: UnfinishedScan | None = None,
     ) -> None:
         origins = tuple(map(check_origin, embed))
         self.socket, self.address = listen(host, port)
@@ -57,7 +60,7 @@ class Server(uvicorn.Server):
         self._close = close
         self.scan = ScanFolder(scan_root)
         rules = Rules(self.address.names, self.token, origins)
-        app = make_app(self.scan, rules, editor, on_defect)
+        app = make_app(self.scan, rules, editor, on_defect, unfinished)
         super().__init__(
             uvicorn.Config(
                 app,
