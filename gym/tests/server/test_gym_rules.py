@@ -827,6 +827,7 @@ CASES = {
     "begin_scan": Case("setter", Scope.UPLOAD, wall),
     "amend_wall": Case("setter", Scope.PUBLISH, a_published_wall),
     "read_scan": Case("setter", Scope.UPLOAD, a_scan),
+    "read_scan_look": Case("setter", Scope.UPLOAD, a_scan),
     "watch_scan": Case("setter", Scope.UPLOAD, a_scan),
     "start_scan": Case("setter", Scope.UPLOAD, a_scan),
     "cancel_scan": Case("setter", Scope.UPLOAD, a_queued_scan),

@@ -130,7 +130,7 @@ def _places_of_one_flow(
     if flow == "account":
         return {"later": str(world.finished(folder)), "crowd": _crowd(world.server)}
     if flow == "publishing":
-        return {"later": str(world.finished(folder))}
+        return {"later": str(world.finished(folder)), "look": str(folder / "wall.glb")}
     if flow in ("desk", "routes"):
         return {"bare": _bare_wall(world.server, folder, scratch)}
     if flow == "inspections":

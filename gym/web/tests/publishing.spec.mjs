@@ -36,6 +36,34 @@ async function markDistance({ page, shot }) {
   await page.getByText("Set the scale by a known distance").click();
 }
 
+test("a running scan shows the wall as far as it is known", async ({ browser, places }) => {
+  const setter = await visit(browser, places, { worker: false });
+  await signIn(setter, places, places.setter);
+  const { page } = setter;
+  const path = `**/gyms/${places.gym}/scans/${places.scan}`;
+  const running = async (route) => {
+    const facts = await (await route.fetch()).json();
+    const progress = { stage: "texture", doing: "painting", total: 10, done: 4, notes: [] };
+    await route.fulfill({ json: { ...facts, state: "running", progress } });
+  };
+  let looks = 0;
+  await page.route(path, running);
+  await page.route(`${path}/events`, (route) => route.fulfill({ contentType: "text/event-stream", body: "retry: 600000\n\n" }));
+  await page.route(`${path}/first-look`, (route) => {
+    looks += 1;
+    if (looks === 1) return route.fulfill({ status: 204 });
+    if (route.request().headers()["if-none-match"]) return route.fulfill({ status: 304 });
+    return route.fulfill({ path: places.look, headers: { etag: '"1"' }, contentType: "model/gltf-binary" });
+  });
+  await setter.go(`/g/${places.gym}/s/${places.scan}`);
+  await page.getByText("The wall as the scan knows it so far").waitFor();
+  await wallDrawn(page);
+  assert.ok(looks >= 2, "it is asked for again while there is none");
+  assert.equal(await page.locator("wall-topo [part~=list]").isVisible(), false);
+  assert.deepEqual(await grave(page), []);
+  await setter.shot("first-look");
+});
+
 test("from review to what a climber sees", async ({ browser, places }) => {
   const setter = await visit(browser, places, { phone: false });
   await signIn(setter, places, places.setter);

@@ -1,7 +1,13 @@
-"""A first look at a wall while its scan runs, from what the finished stages made."""
+"""A first look at a wall while its scan runs, from what the finished stages made.
+
+    python -m walltopo.pipeline.first_look SCAN OUT
+
+writes the latest look as GLB.
+"""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -10,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from walltopo.core import InputError, Mesh, Silent
+from walltopo.core.files import atomic_path
 from walltopo.pipeline.runner import stored_plan
 from walltopo.pipeline.workplace import is_locked
 from walltopo.publish.settings import ExportSettings
@@ -177,3 +184,16 @@ def _coloured(mesh: Mesh, sparse: Path) -> Mesh:
     _, nearest = cKDTree(places).query(mesh.vertices, k=min(_NEIGHBOURS, len(rows)))
     mean = colours[nearest.reshape(len(mesh.vertices), -1)].mean(axis=1)
     return replace(mesh, vertex_colours=mean.round().astype(np.uint8))
+
+
+def main() -> None:
+    """Write the GLB of a scan's latest look, if there is one: a program of its own for servers."""
+    folder, out = ScanFolder(sys.argv[1]), Path(sys.argv[2])
+    look = scan_status(folder).look
+    if look:
+        with atomic_path(out) as temporary:
+            temporary.write_bytes(first_look(folder, look))
+
+
+if __name__ == "__main__":
+    main()

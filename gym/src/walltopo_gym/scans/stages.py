@@ -28,6 +28,7 @@ from walltopo_gym.scans.artifacts import (
     upload_stage,
 )
 from walltopo_gym.scans.distance import distance_settings
+from walltopo_gym.scans.first_looks import drop_first_look, store_first_look
 from walltopo_gym.scans.job import Failed, Job
 from walltopo_gym.scans.models import Photo, Scan, ScanEdits, ScanProgress
 from walltopo_gym.scans.own_network import network_of
@@ -95,6 +96,7 @@ class ScanSteps:
                 raise WorkerStopsError
             if is_done:
                 upload_stage(self.store, scan, self._folder(scan), stage)
+                store_first_look(self.store, scan, self._folder(scan), stage)
                 return ""
             if failure is not None:
                 return failure_message(failure)
@@ -126,6 +128,7 @@ class ScanSteps:
         drop_part(self.store, scan)
         files = store_public_files(self.store, folder)
         store_front(self.store, scan, folder)
+        drop_first_look(self.store, scan)
         with self.database.writing() as session:
             change_state(session, scan, State.REVIEW, run=run)
             session.execute(

@@ -8,7 +8,7 @@ from typing import Annotated, Self
 from uuid import UUID
 
 from anyio import sleep, to_thread
-from fastapi import APIRouter, Depends, Request
+from fastapi import APIRouter, Depends, Request, Response
 from fastapi.sse import EventSourceResponse
 from pydantic import AfterValidator, Field, model_validator
 from sqlalchemy import select
@@ -20,6 +20,7 @@ from walltopo_gym.api.services import Db, Services, ServicesOf
 from walltopo_gym.gyms.access import Access, PublisherMay, gym_rule
 from walltopo_gym.gyms.roles import Role
 from walltopo_gym.scans.amendments import amend
+from walltopo_gym.scans.first_looks import read_first_look
 from walltopo_gym.scans.models import Scan
 from walltopo_gym.scans.scan_out import ScanOut, scan_out
 from walltopo_gym.scans.service import State, change_state, create_version, request_run, scan_of
@@ -91,6 +92,26 @@ def amend_wall(wall: UUID, services: ServicesOf, access: PublisherMay) -> ScanOu
 def read_scan(scan: UUID, session: Db, access: UploaderMay) -> ScanOut:
     """Return a version of a wall and its progress."""
     return scan_out(session, scan_of(session, access.gym.id, scan))
+
+
+@router.get(
+    "/gyms/{gym}/scans/{scan}/first-look",
+    response_class=Response,
+    responses={200: {"content": {"model/gltf-binary": {}}}, 204: {"description": "no look yet"}},
+)
+def read_scan_look(
+    scan: UUID, request: Request, session: Db, services: ServicesOf, access: UploaderMay
+) -> Response:
+    """Return the wall as a running scan knows it, as GLB without holds; 204 before the first look.
+    It changes while the scan runs."""
+    found = read_first_look(services.store, scan_of(session, access.gym.id, scan).id)
+    if found is None:
+        return Response(status_code=204)
+    content, version = found
+    headers = {"etag": f'"{version}"', "cache-control": "private, no-cache"}
+    if request.headers.get("if-none-match") == headers["etag"]:
+        return Response(status_code=304, headers=headers)
+    return Response(content, media_type="model/gltf-binary", headers=headers)
 
 
 @dataclass(frozen=True)
