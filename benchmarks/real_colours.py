@@ -21,7 +21,7 @@ import numpy as np
 
 from walltopo.describe.classify.achromatic import found_colours
 from walltopo.describe.classify.colour import HoldPaint, paint_over_views
-from walltopo.describe.classify.two_colours import large_views, shipped_model
+from walltopo.describe.classify.two_colours import large_views, split_paints
 from walltopo.describe.settings import ClassifySettings
 from walltopo.geometry.zbuffer import render_ids
 from walltopo.images.files import read_rgb
@@ -86,11 +86,12 @@ def read_photos(data: Path) -> list[Photo]:
         seen = photo_views(read_rgb(data / labelled.file), detector)
         found = {hold_at(seen.numbers, row[:2]): row for row in labelled.holds}
         found = {number: row for number, row in found.items() if number in seen.views}
-        two = shipped_model().two_paints(seen.views, seen.light)
+        paints, two = split_paints(
+            paint_over_views(seen.views, seen.light), seen.views, seen.light, set()
+        )
         large = {number for number in found if large_views(seen.views[number])}
         names = {number: fitting(text)[0] for number, (_, _, text) in found.items()}
         second = {number for number, (_, _, text) in found.items() if fitting(text)[1]}
-        paints = paint_over_views(seen.views, seen.light)
         photos.append(Photo(labelled.file, paints, names, second, set(two) & set(found), large))
     return photos
 
