@@ -62,7 +62,7 @@ def two_colours_parser(prog: str) -> argparse.ArgumentParser:
     parser = Parser(
         prog=prog,
         description="Train the network that finds two-coloured holds, on photos of generated gyms; "
-        "half an hour of two cores, most of it for the photos.",
+        "ninety minutes of two cores, half of it for the photos.",
         epilog=TWO_COLOURS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
