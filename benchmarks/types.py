@@ -33,9 +33,9 @@ from walltopo_lab.classifier.cutout_classifier import (
     open_classifier,
 )
 from walltopo_lab.classifier.samples import read_cutouts
-from walltopo_lab.classifier.verdicts import verdicts
+from walltopo_lab.classifier.verdicts import classify_cutouts
 from walltopo_lab.evaluate.truth import Truth, read_truth
-from walltopo_lab.evaluate.types import answers_of, named_on_scans, true_types
+from walltopo_lab.evaluate.types import answers_of, name_types_on_scans, true_types
 
 Key = tuple[str, int]  # gym name and hold id
 LEVELS = (0.0, 0.2, 0.4, 0.6, 0.8)
@@ -56,7 +56,7 @@ def scans(words: list[str]) -> None:
     """Print the figures of reconstructed gyms."""
     pairs = [(Path(a), Path(b)) for a, b in zip(words[::2], words[1::2], strict=True)]
     titles = ("true instances on the scans' meshes", "lifted instances")
-    for title, found in zip(titles, named_on_scans(shipped_model(), pairs), strict=True):
+    for title, found in zip(titles, name_types_on_scans(shipped_model(), pairs), strict=True):
         named_types = {key: name for key, (name, _) in found.answers.items()}
         print_figures(title, named_types, found.truth)
         for pair, count in sorted(
@@ -121,7 +121,7 @@ def of_another_generator(classifier: CutoutClassifier, data: Path) -> None:
     truth = {("gym-a", number): types[number] for number in answers}
     relief = {("gym-a", number): name for number, (name, _) in answers.items()}
     looks = {number: rows for number, rows in seen.items() if number in answers}
-    found = verdicts(classifier, looks, settings.cutout_weight)
+    found = classify_cutouts(classifier, looks, settings.cutout_weight)
     table(classifier, truth, relief, {("gym-a", number): one for number, one in found.items()})
 
 

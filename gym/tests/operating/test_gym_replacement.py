@@ -108,8 +108,8 @@ def test_a_backup_replaces_the_data_and_they_are_put_aside(
 
 # Function and number of the call, and whether the process dies before or after it.
 STEPS = {
-    "restored": ("_write_note", 1, "before"),
-    "decided": ("_write_note", 1, "after"),
+    "restored": ("_write_switch_note", 1, "before"),
+    "decided": ("_write_switch_note", 1, "after"),
     "one part aside": ("_move_part", 1, "after"),
     "one part new": ("_move_part", 2, "after"),
     "all parts new": ("_exchange_databases", 1, "before"),
@@ -217,7 +217,7 @@ def test_what_lies_in_a_parts_place_is_kept(gym: tuple[GymSettings, Path]) -> No
     for folder in (aside, new):
         (folder / "files").mkdir(parents=True)
         (folder / "files" / "mine").write_bytes(b"mine")
-    replacement._write_note(settings, Switch(aside.name, ["files"]))
+    replacement._write_switch_note(settings, Switch(aside.name, ["files"]))
     with pytest.raises(EnvironmentLacksError, match="is taken"):
         finish_switch(settings)
     assert (aside / "files" / "mine").read_bytes() == b"mine"
@@ -229,7 +229,7 @@ def test_a_switch_waits_until_nobody_uses_the_gym(gym: tuple[GymSettings, Path])
     server = Server(settings.data, settings.database)
     with server.database.reading() as session:
         session.scalars(select(Gym.name)).one()
-    replacement._write_note(settings, Switch("replaced-now", []))
+    replacement._write_switch_note(settings, Switch("replaced-now", []))
     with pytest.raises(ConflictError, match="uses this gym"):
         finish_switch(settings)
     server.close()

@@ -19,8 +19,8 @@ from walltopo_lab.classifier.cutout_classifier import Meaning, Verdict
 from walltopo_lab.classifier.verdicts import (
     apply_verdict,
     apply_verdicts,
+    classify_cutouts,
     cutout_weights,
-    verdicts,
     with_class_colours,
 )
 
@@ -68,18 +68,18 @@ def test_the_published_weight_is_the_box_and_counts_every_cutout() -> None:
     assert cutout_weights(views, "box").tolist() == [100.0, 80 * 48 / 20]
     # Twenty small blue cutouts outweigh a red one; the heaviest two do not.
     seen = {3: [view((200, 0, 0), 900), *(view((0, 0, 200), 290) for _ in range(20))]}
-    assert verdicts(ByColour(), seen, "box", 2)[3].name == "pinch"  # type: ignore[arg-type]
-    assert verdicts(ByColour(), seen, "area", 2)[3].name == "jug"  # type: ignore[arg-type]
+    assert classify_cutouts(ByColour(), seen, "box", 2)[3].name == "pinch"  # type: ignore[arg-type]
+    assert classify_cutouts(ByColour(), seen, "area", 2)[3].name == "jug"  # type: ignore[arg-type]
 
 
 def test_the_heaviest_cutouts_decide() -> None:
     """One large red cutout against two small blue ones."""
     seen = {3: [view((200, 0, 0), 900), view((0, 0, 200), 50), view((0, 0, 200), 50)], 4: []}
-    found = verdicts(ByColour(), seen, "area", 12)  # type: ignore[arg-type]
+    found = classify_cutouts(ByColour(), seen, "area", 12)  # type: ignore[arg-type]
     assert list(found) == [3]
     assert found[3].name == "jug"
     assert found[3].confidence == pytest.approx((0.84 - 0.16) * 0.9)
-    alone = verdicts(ByColour(), seen, "area", 1)  # type: ignore[arg-type]
+    alone = classify_cutouts(ByColour(), seen, "area", 1)  # type: ignore[arg-type]
     assert alone[3].confidence == pytest.approx(0.8)
 
 

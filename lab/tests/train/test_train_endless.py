@@ -174,7 +174,7 @@ def test_validation_is_by_gym_and_fixed() -> None:
 @pytest.fixture
 def small_world(
     tmp_path: Path, disc_set: DiscSet, monkeypatch: pytest.MonkeyPatch
-) -> tuple[Path, shipped.State]:
+) -> tuple[Path, shipped.TrainingFolder]:
     """Two small sets and a small shipped network; settings with a check every few steps."""
     data = tmp_path / "data"
     disc_set(data / "discs", 4)
@@ -186,7 +186,7 @@ def small_world(
     monkeypatch.setattr(shipped, "QUICK_CHECK", {"discs": 1})
     monkeypatch.setattr(shipped, "SETTINGS", settings)
     monkeypatch.setattr(shipped, "shipped_model", lambda: tmp_path / "start.onnx")
-    return data, shipped.State(tmp_path / "state")
+    return data, shipped.TrainingFolder(tmp_path / "state")
 
 
 class Killed(Silent):
@@ -202,7 +202,7 @@ class Killed(Silent):
 
 
 @pytest.mark.slow
-def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
+def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.TrainingFolder]) -> None:
     data, state = small_world
     with pytest.raises(RuntimeError, match="killed"):
         shipped.run(data, state, Killed(4))
@@ -223,7 +223,7 @@ def test_a_killed_run_goes_on(small_world: tuple[Path, shipped.State]) -> None:
 
 @pytest.mark.slow
 def test_export_compares_with_the_shipped_network(
-    small_world: tuple[Path, shipped.State], tmp_path: Path
+    small_world: tuple[Path, shipped.TrainingFolder], tmp_path: Path
 ) -> None:
     data, state = small_world
     with pytest.raises(RuntimeError, match="killed"):
@@ -266,7 +266,9 @@ def test_masks_are_matched_with_drawn_outlines() -> None:
 
 
 @pytest.mark.slow
-def test_validation_photos_are_not_trained_on(small_world: tuple[Path, shipped.State]) -> None:
+def test_validation_photos_are_not_trained_on(
+    small_world: tuple[Path, shipped.TrainingFolder],
+) -> None:
     data, state = small_world
     sets, shares = shipped_sets.open_shipped_sets(data, state.rendered, state.prepared, Silent())
     assert shares == [1.0]
@@ -278,13 +280,13 @@ def test_validation_photos_are_not_trained_on(small_world: tuple[Path, shipped.S
 
 
 @pytest.mark.slow
-def test_one_run_a_folder(small_world: tuple[Path, shipped.State]) -> None:
+def test_one_run_a_folder(small_world: tuple[Path, shipped.TrainingFolder]) -> None:
     _, state = small_world
     with state.only_run(), pytest.raises(InputError, match="using"), state.only_run():
         pass
 
 
 def test_missing_data_is_named(tmp_path: Path) -> None:
-    state = shipped.State(tmp_path / "state")
+    state = shipped.TrainingFolder(tmp_path / "state")
     with pytest.raises(InputError, match="hold-boxes"):
         shipped.run(tmp_path / "nowhere", state, Silent())

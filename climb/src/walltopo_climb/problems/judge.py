@@ -107,7 +107,7 @@ class Judge:
             "reach": self._reach(climbed.moves),
             "body": self._fits_body(climbed, own),
         }
-        idle = _UNUSED * len(candidate.holds - used) + self._shape(candidate)
+        idle = _UNUSED * len(candidate.holds - used) + self._shape_price(candidate)
         off = sum(prices.values()) + idle
         violations = self._violations(
             prices, grade, moves, self._scale.range(difficulty, climbed.known).low == 0
@@ -146,7 +146,7 @@ class Judge:
             return 0.0
         return 0.5 * sum(move.beyond > 0 for move in own.moves)
 
-    def _shape(self, candidate: Candidate) -> float:
+    def _shape_price(self, candidate: Candidate) -> float:
         """Return the price of a problem that does not rise, or does not end at its highest hold."""
         heights = [self._pool.position[self._pool.row_of[number], 2] for number in candidate.hands]
         low = _RISE * self._body.height - (heights[-1] - heights[0])

@@ -33,12 +33,12 @@ class SetWall:
 
     def propose(self, spec: ProblemSpec) -> Proposals:
         """Return problems by `propose`, on the scale of the wall's graded routes."""
-        return propose(self.pool, spec, self._scale())
+        return propose(self.pool, spec, self._grade_scale())
 
     def adjust_grade(self, route: int, direction: Direction) -> Tweaks:
         """Return changes by `adjust_grade`; raise InputError if the route does not exist."""
         return adjust_grade(
-            self.pool, self.route(route), self.routes, self._scale(route), direction
+            self.pool, self.route(route), self.routes, self._grade_scale(route), direction
         )
 
     def route(self, number: int) -> Route:
@@ -49,7 +49,7 @@ class SetWall:
             raise InputError(f"route {number} does not exist", f"The routes are: {known}.")
         return found
 
-    def _scale(self, without: int = 0) -> Scale:
+    def _grade_scale(self, without: int = 0) -> Scale:
         model = shipped_model()
         graded = rate_routes(self.routes, self.pool.rows, self.pool.unit, model)
         return Scale.of(graded, model, without)

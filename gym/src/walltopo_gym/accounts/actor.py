@@ -146,7 +146,7 @@ def sign_in(
 KNOWN_DAYS: Final = 400  # the longest that browsers keep a cookie (RFC 6265bis, 5.5)
 
 
-def remember(session: Session, person: UUID) -> str:
+def recognise_browser(session: Session, person: UUID) -> str:
     """Return a new secret by which the server recognises this browser."""
     secret, kept = new_secret()
     session.execute(delete(KnownBrowser).where(KnownBrowser.expires_at < now()))

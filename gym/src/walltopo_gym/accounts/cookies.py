@@ -9,7 +9,7 @@ from fastapi import Request, Response
 from sqlalchemy.orm import Session
 
 from walltopo_gym.accounts.access import COOKIE
-from walltopo_gym.accounts.actor import KNOWN_DAYS, is_known, remember, sign_in
+from walltopo_gym.accounts.actor import KNOWN_DAYS, is_known, recognise_browser, sign_in
 from walltopo_gym.api.services import Services
 
 BROWSER: Final = "__Host-walltopo-browser"
@@ -41,7 +41,7 @@ def sign_in_here(
 def remember_browser(session: Session, request: Request, response: Response, person: UUID) -> None:
     """Mark this browser as known to the person who has just proved their identity."""
     if known_browser(session, request, person) is None:
-        _set_cookie(response, BROWSER, remember(session, person), KNOWN_DAYS)
+        _set_cookie(response, BROWSER, recognise_browser(session, person), KNOWN_DAYS)
 
 
 def known_browser(session: Session, request: Request, person: UUID | None) -> str | None:

@@ -39,7 +39,7 @@ class Rank(NamedTuple):
 
 @dataclass(frozen=True)
 class Step:
-    """One compared criterion; `decides`: whether the two differ in it."""
+    """One criterion by which two competitors are compared; `decides`: whether they differ in it."""
 
     code: str
     round_id: UUID | None

@@ -62,7 +62,7 @@ class Results:
         in it nor reached it by a quota."""
         scores = self._scores[one.id, who.category]
         if who.id not in scores:
-            scores[who.id] = self._scored(one, who)
+            scores[who.id] = self._score_of(one, who)
         return scores[who.id]
 
     def empty(self, one: RoundSheet, category: UUID) -> Score:
@@ -83,7 +83,7 @@ class Results:
         mine = self._marks.get(entry, {})
         return {task.id: mine[task.id] for task in one.problems if task.id in mine}
 
-    def _scored(self, one: RoundSheet, who: Competitor) -> Score | None:
+    def _score_of(self, one: RoundSheet, who: Competitor) -> Score | None:
         if not self._takes_part(one, who):
             return None
         tried = [

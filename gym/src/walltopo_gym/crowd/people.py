@@ -92,7 +92,7 @@ def add_climbers(session: Session, gym: Gym, routes: Sequence[Route], until: dat
     since = until - timedelta(days=DAYS + 1)
     people = [_add_climber(session, gym, number, since) for number in range(CLIMBERS)]
     session.flush()
-    session.add_all(_made_profile(person, number) for number, person in enumerate(people))
+    session.add_all(_make_profile(person, number) for number, person in enumerate(people))
     # Some come three times a fortnight, most now and then.
     weekly = rng.gamma(1.6, 0.45, CLIMBERS).clip(0.15, 2.0)
     for person, ability, often in zip(people, abilities(routes), weekly, strict=True):
@@ -186,7 +186,7 @@ def _add_climber(session: Session, gym: Gym, number: int, since: datetime) -> Pe
     return person
 
 
-def _made_profile(person: Person, number: int) -> Profile:
+def _make_profile(person: Person, number: int) -> Profile:
     """Return a profile. Three of four want to be ranked and let the gym see their ascents."""
     is_open = number % 4 != 3
     shown = Audience.GYM if is_open else Audience.NOBODY

@@ -23,7 +23,7 @@ def add_changes(session: Session, question: HoldHistoryOf) -> None:
 
 
 def _amount_text(row: HoldChange) -> str:
-    """Return by how much it turned or moved."""
+    """Return how far a hold turned or moved, in words; empty if unknown."""
     if row.kind == "turned" and row.turn_deg is not None:
         return f"{abs(row.turn_deg):.0f}°"
     return "" if row.moved_m is None else f"{100 * row.moved_m:.0f} cm"

@@ -62,7 +62,7 @@ class Purged:
     bytes: int = 0
     failed: list[tuple[str, str]] = field(default_factory=list)
 
-    def does(self, name: str, delete_it: Callable[[], object]) -> bool:
+    def try_delete(self, name: str, delete_it: Callable[[], object]) -> bool:
         """Delete one file; note a failure and go on."""
         try:
             delete_it()
@@ -92,7 +92,7 @@ def purge(
         for key, size, written in list(store.entries("")):
             if written > now() - _YOUNG or _is_named(settings, database, key):
                 continue
-            if really and not purged.does(key, partial(store.drop, [key])):
+            if really and not purged.try_delete(key, partial(store.drop, [key])):
                 continue
             purged.files.append(key)
             purged.bytes += size
@@ -178,7 +178,7 @@ def _drop_incoming(settings: GymSettings, database: Database, purged: Purged) ->
         scans = {str(scan) for scan in session.scalars(select(Scan.id))}
     for path in sorted((settings.data / "incoming").glob("*")):
         if path.name not in photos:
-            purged.does(str(path), partial(path.unlink, missing_ok=True))
+            purged.try_delete(str(path), partial(path.unlink, missing_ok=True))
     for folder in (settings.data / "work").glob("*/*"):
         if folder.name not in scans:
             shutil.rmtree(folder, ignore_errors=True)

@@ -110,7 +110,7 @@ def replace_data(settings: GymSettings, source: Path, report: Progress = no_repo
             aside = f"replaced-{now():%Y%m%dT%H%M%SZ}"
             switch = Switch(aside, parts, _own_database(settings))
             os.sync()
-            _write_note(settings, switch)
+            _write_switch_note(settings, switch)
             os.sync()  # a power cut leaves no moves without their note
             _carry_out_or_undo(settings, switch)
     database = [_former_name(settings, switch.aside)] if is_postgres(settings) else []
@@ -129,7 +129,7 @@ def finish_switch(settings: GymSettings) -> bool:
     if not (settings.data / NOTE).is_file():
         return False
     with lock_data_folder(settings.data):
-        switch = _read_note(settings)
+        switch = _read_switch_note(settings)
         if switch is None:
             (settings.data / NOTE).unlink()
             return False
@@ -144,7 +144,7 @@ def finish_switch(settings: GymSettings) -> bool:
     return True
 
 
-def _read_note(settings: GymSettings) -> Switch | None:
+def _read_switch_note(settings: GymSettings) -> Switch | None:
     """Return the note; None for an empty one, from a power cut before the first move.
 
     Raises
@@ -347,5 +347,5 @@ def _move_part(source: Path, target: Path) -> None:
         ) from error
 
 
-def _write_note(settings: GymSettings, switch: Switch) -> None:
+def _write_switch_note(settings: GymSettings, switch: Switch) -> None:
     write_json(settings.data / NOTE, msgspec.to_builtins(switch))

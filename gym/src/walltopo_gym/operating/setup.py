@@ -30,7 +30,7 @@ class Setup:
         self._hash = ""
 
     def open(self, code: str) -> None:
-        """Accept a code."""
+        """Let this code set up the server, instead of any earlier code."""
         self._hash = hash_of(code)
 
     def check(self, session: Session, code: str) -> None:

@@ -54,7 +54,7 @@ class Incoming:
         return self._folder / photo.hex
 
     def store_whole(self, photo: UUID, source: Path) -> None:
-        """Store a file of this machine as if it had been sent; what was sent of it is replaced."""
+        """Store a file of this machine as a complete upload; an unfinished upload is replaced."""
         self.drop(photo)
         self.begin(photo, source.stat().st_size)
         with self.appending(photo, 0) as stream:

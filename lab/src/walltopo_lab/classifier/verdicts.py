@@ -79,7 +79,7 @@ def _box_area(view: HoldView) -> float:
     return float(view.pixels * box / len(rows))  # the crop is downscaled, `pixels` is not
 
 
-def verdicts(
+def classify_cutouts(
     classifier: CutoutClassifier,
     seen: Mapping[int, Sequence[HoldView]],
     weighting: str,
@@ -134,7 +134,7 @@ def apply_verdicts(
 
     Low-confidence holds are marked for review.
     """
-    by_hold = verdicts(classifier, seen, settings.cutout_weight)
+    by_hold = classify_cutouts(classifier, seen, settings.cutout_weight)
     result = []
     for hold in holds:
         verdict = by_hold.get(hold.id)

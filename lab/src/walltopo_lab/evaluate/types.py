@@ -83,7 +83,7 @@ def _on_scan(model: TypeModel, gym: Path, folder: Path, whole: Named, met: Named
     met.add(gym.name, {mine[found]: answer for found, answer in answers.items()}, types)
 
 
-def named_on_scans(
+def name_types_on_scans(
     model: TypeModel, scans: Sequence[tuple[Path, Path]], certain: float | None = None
 ) -> tuple[Named, Named]:
     """Return the network's types of holds on reconstructed meshes.

@@ -74,7 +74,7 @@ def _fill_patch(
     cv2.fillConvexPoly(canvas.image, fixed, colour, cv2.LINE_AA, 4)
 
 
-def _share_on(facet: Facet, middle: Floats, right: Floats, up: Floats) -> float:
+def _share_on_facet(facet: Facet, middle: Floats, right: Floats, up: Floats) -> float:
     """Return the share of a sheet's area that lies within a facet."""
     steps = np.linspace(-0.95, 0.95, 9)
     points = (middle + x * right + y * up for x in steps for y in steps)
@@ -133,6 +133,6 @@ def tags(
         axes = np.stack([across, upward])
         position = facet.corners[0] + middle @ axes
         halves = right @ axes, up @ axes
-        shown = _share_on(facet, position, *halves)
+        shown = _share_on_facet(facet, position, *halves)
         drawn.append(Tag(hold.id, hold.route, position, normal, *halves, shown))
     return drawn

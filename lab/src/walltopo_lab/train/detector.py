@@ -19,7 +19,7 @@ from walltopo_lab.train.calibrate import calibrate
 from walltopo_lab.train.card import CardFacts, write_card
 from walltopo_lab.train.choose import check_on
 from walltopo_lab.train.export import export_onnx
-from walltopo_lab.train.loop import Run, Start, train
+from walltopo_lab.train.loop import InitialWeights, Run, train
 from walltopo_lab.train.net import NET_SIZES, VoteNet, build_net
 from walltopo_lab.train.pack import open_pack
 from walltopo_lab.train.params import AugmentSettings, TrainSettings
@@ -209,7 +209,7 @@ def fit_detector(
             augment,
             [(s.folder, s.train) for s in used if s.exact],
         )
-        start = Start(NET_SIZES[settings.network], job.pretrained)
+        start = InitialWeights(NET_SIZES[settings.network], job.pretrained)
         return train(source, start, job.out / "checkpoint.pt", check, progress, until)
 
     if 0 < settings.audit < 1 and not (job.out / "audit.json").is_file():

@@ -137,7 +137,7 @@ def _run_of(net: VoteNet, settings: TrainSettings) -> Run:
     return Run(net, copy.deepcopy(net), _make_optimiser(net, settings))
 
 
-def _begin_run(start: Start, settings: TrainSettings) -> Run:
+def _begin_run(start: InitialWeights, settings: TrainSettings) -> Run:
     torch.manual_seed(settings.seed)
     if start.pretrained is not None:
         return _run_of(load_exported(start.pretrained), settings)
@@ -243,7 +243,7 @@ def _check(run: Run, check: Check, progress: Progress, means: dict[str, float]) 
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialWeights:
     """The initial weights of a run.
 
     Parameters
@@ -262,7 +262,7 @@ class Start:
 
 def train(
     source: CropSource,
-    start: Start,
+    start: InitialWeights,
     checkpoint: Path,
     check: Check,
     progress: Progress,

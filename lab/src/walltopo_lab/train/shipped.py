@@ -27,7 +27,7 @@ from walltopo.segment.settings import DetectSettings
 from walltopo_lab.train.audit import audit
 from walltopo_lab.train.batches import CropSource
 from walltopo_lab.train.choose import check_on
-from walltopo_lab.train.loop import Run, Start, cool_down, load_run, train
+from walltopo_lab.train.loop import InitialWeights, Run, cool_down, load_run, train
 from walltopo_lab.train.net import VoteNet
 from walltopo_lab.train.outlines import redraw
 from walltopo_lab.train.pack import write_pack
@@ -61,7 +61,7 @@ MAX_QUANTIZATION_LOSS = 0.003  # AP50 of boxes, mean of the classes, on the vali
 
 
 @dataclass(frozen=True)
-class State:
+class TrainingFolder:
     """The folder of a run's persistent state."""
 
     folder: Path
@@ -122,7 +122,7 @@ def quick_check(parts: Sequence[Part]) -> Part:
 
 
 def _without_wrong_labels(
-    sets: Sequence[LabelledSet], state: State, progress: Progress
+    sets: Sequence[LabelledSet], state: TrainingFolder, progress: Progress
 ) -> list[LabelledSet]:
     """Drop photos whose labels do not fit the image, according to the shipped network."""
     file = state.prepared / "audit.json"
@@ -136,7 +136,7 @@ def _without_wrong_labels(
 
 
 def _open_sets(
-    data: Path, state: State, progress: Progress
+    data: Path, state: TrainingFolder, progress: Progress
 ) -> tuple[list[LabelledSet], list[float], list[Part]]:
     """Return the training sets with their shares of the crops, and the validation photos."""
     sets, shares = open_shipped_sets(data, state.rendered, state.prepared, progress)
@@ -161,7 +161,7 @@ def training_of(model: Path) -> tuple[int, float]:
     return int(network.number("steps", 0.0)), hours * 3600
 
 
-def run(data: Path, state: State, progress: Progress) -> None:
+def run(data: Path, state: TrainingFolder, progress: Progress) -> None:
     """Train until interrupted.
 
     Raises
@@ -180,12 +180,14 @@ def run(data: Path, state: State, progress: Progress) -> None:
             write_page(state.page, run.history)
 
         steps, cpu_seconds = training_of(shipped_model())
-        start = Start(None, shipped_model(), steps, cpu_seconds)
+        start = InitialWeights(None, shipped_model(), steps, cpu_seconds)
         source = _crop_source(used, shares)
         train(source, start, state.checkpoint, check, progress, report=report)
 
 
-def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) -> Comparison:
+def export(
+    data: Path, state: TrainingFolder, progress: Progress, cool_steps: int = 0
+) -> Comparison:
     """Export the averaged weights to the state's `holds.onnx` and compare with the shipped file.
 
     A run may continue meanwhile: its last checkpoint is used.
@@ -205,7 +207,7 @@ def export(data: Path, state: State, progress: Progress, cool_steps: int = 0) ->
     return compare(run, parts, shipped_model(), state.exported, progress)
 
 
-def quantize_shipped(data: Path, state: State, progress: Progress) -> Comparison:
+def quantize_shipped(data: Path, state: TrainingFolder, progress: Progress) -> Comparison:
     """Quantize the shipped network to the state's `holds-int8.onnx`; compare the two.
 
     Raises
@@ -220,7 +222,7 @@ def quantize_shipped(data: Path, state: State, progress: Progress) -> Comparison
     return compare_files(state.quantized, validation_parts(sets), shipped_model(), progress)
 
 
-def pack(data: Path, state: State, out: Path, progress: Progress) -> int:
+def pack(data: Path, state: TrainingFolder, out: Path, progress: Progress) -> int:
     """Write the sets of the shipped detector as a pack; return its size in bytes.
 
     The shipped network draws the masks inside labelled boxes.
@@ -240,7 +242,9 @@ def _show_comparison(made: Comparison, show: Show) -> None:
     show(", ".join(f"{name} {value:.3f}" for name, value in made.settings.items()))
 
 
-def _export_network(args: argparse.Namespace, state: State, progress: Progress, show: Show) -> None:
+def _export_network(
+    args: argparse.Namespace, state: TrainingFolder, progress: Progress, show: Show
+) -> None:
     """Export, print the comparison and, if requested, replace the shipped file."""
     made = export(args.data, state, progress, args.cool_down)
     _show_comparison(made, show)
@@ -251,7 +255,7 @@ def _export_network(args: argparse.Namespace, state: State, progress: Progress, 
 
 
 def _quantize_network(
-    args: argparse.Namespace, state: State, progress: Progress, show: Show
+    args: argparse.Namespace, state: TrainingFolder, progress: Progress, show: Show
 ) -> None:
     """Quantize the shipped network, print the comparison and, if requested, ship the result."""
     made = quantize_shipped(args.data, state, progress)
@@ -269,7 +273,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     from walltopo.cli.listener import TerminalListener
 
     args = _parser().parse_args(arguments)
-    state = State(args.state.expanduser())
+    state = TrainingFolder(args.state.expanduser())
     with TerminalListener(console, verbose=True) as progress:
         try:
             if args.what == "run":

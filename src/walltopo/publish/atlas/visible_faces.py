@@ -102,7 +102,7 @@ class FaceRenderer:
         Parameters
         ----------
         part : (F,) the faces of the simplified surface that belong to this direction.
-        low, scale : see `on_screen`.
+        low, scale : see `to_screen`.
         wanted : (H, W) the pixels to fill.
 
         Returns
@@ -114,10 +114,10 @@ class FaceRenderer:
         coarse, detailed, slack = self._coarse, self._detailed, self._slack * scale
         # The simplified surface has a subset of the detailed one's vertices.
         far = float((detailed.vertices @ axes.towards).max()) + 1.0
-        screen = on_screen(coarse.vertices, axes, low, scale, far)
+        screen = to_screen(coarse.vertices, axes, low, scale, far)
         _, surface = draw_screen(screen, coarse.faces[part], width, height)
         surface[~wanted] = 0.0
-        screen = on_screen(detailed.vertices, axes, low, scale, far)
+        screen = to_screen(detailed.vertices, axes, low, scale, far)
         shown = np.zeros(len(detailed.faces), dtype=bool)
         in_ranges(_in_reach, len(shown), detailed.faces, screen, _tiles_of(wanted), shown)
         kept = np.flatnonzero(shown)
@@ -176,8 +176,8 @@ def axes_towards(towards: Floats, up: Floats) -> Axes:
     return Axes(right, np.cross(towards, right), towards)
 
 
-def on_screen(positions: Floats, axes: Axes, origin: Floats, scale: float, far: float) -> Floats:
-    """Return (V, 3) points for `draw_screen`: column, row, and pixels in front of a far plane.
+def to_screen(positions: Floats, axes: Axes, origin: Floats, scale: float, far: float) -> Floats:
+    """Return (V, 3) points for `draw_screen`: column, row, and height above a far plane in pixels.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def render_parallel(
 
     Parameters
     ----------
-    origin, scale : see `on_screen`.
+    origin, scale : see `to_screen`.
     size : width, height in pixels.
 
     Returns
@@ -213,4 +213,4 @@ def render_parallel(
     from walltopo.geometry.zbuffer import draw_screen
 
     far = float((positions @ axes.towards).max(initial=0.0)) + 1.0
-    return draw_screen(on_screen(positions, axes, origin, scale, far), triangles, *size)[0]
+    return draw_screen(to_screen(positions, axes, origin, scale, far), triangles, *size)[0]

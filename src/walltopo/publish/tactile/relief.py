@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from walltopo.core import InputError
 from walltopo.geometry.zbuffer import draw_screen
 from walltopo.images.fill import spread_colours
-from walltopo.publish.atlas.visible_faces import Axes, axes_towards, on_screen
+from walltopo.publish.atlas.visible_faces import Axes, axes_towards, to_screen
 from walltopo.publish.tactile.braille import DOT_M, RAISED_M, braille_dots, braille_width
 from walltopo.publish.wall_data import WallModel
 from walltopo.scans.routes import Route, route_name
@@ -106,7 +106,7 @@ def route_relief(wall: WallModel, route: Route) -> Relief:
 
 @dataclass(frozen=True, eq=False)
 class _Front:
-    """The plane of a relief: its axes, upper left corner (see `on_screen`), and size in pixels.
+    """The plane of a relief: its axes, upper left corner (see `to_screen`), and size in pixels.
 
     A pixel is `PITCH_M` of the print.
     """
@@ -140,7 +140,7 @@ class _Front:
         """
         vertices = wall.mesh.vertices
         far = float((vertices @ self.axes.towards).max()) + 1.0
-        screen = on_screen(vertices, self.axes, self.origin, 1 / (PITCH_M * SCALE), far)
+        screen = to_screen(vertices, self.axes, self.origin, 1 / (PITCH_M * SCALE), far)
         screen[vertices[:, 2] < _FLOOR_M, 2] = 0.0  # not drawn
         face, near = draw_screen(screen, wall.mesh.faces, self.width, self.height)
         return face, near * PITCH_M

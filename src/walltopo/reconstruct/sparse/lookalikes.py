@@ -70,10 +70,10 @@ def are_connected(model: Any, known: Collection[str]) -> bool:
                 shared.append(point.xyz)
     if len(shared) < _MIN_TIES:
         return False
-    return _width_spread(np.array(shared)) >= _MIN_SPREAD * _width_spread(np.array(seen))
+    return _width_deviation(np.array(shared)) >= _MIN_SPREAD * _width_deviation(np.array(seen))
 
 
-def _width_spread(points: Floats) -> float:
+def _width_deviation(points: Floats) -> float:
     """Return the standard deviation along the second widest direction of (n, 3) points."""
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1]
     return float(spread) / float(np.sqrt(len(points)))

@@ -135,7 +135,7 @@ def openmvs_texture(
     if not seen.any():
         raise StageError("TextureMesh saw no triangle", "Use texture.backend = embedded.")
     image = fill_gaps(image, _painted_pixels(image, uv[seen]))
-    return _reduce_to(image, settings.size), _with_unseen(mesh, uv, seen), seen
+    return _reduce_to(image, settings.size), _fill_unseen(mesh, uv, seen), seen
 
 
 def _size_of(image: Image) -> NDArray[np.float32]:
@@ -158,7 +158,7 @@ def _painted_pixels(image: Image, uv: Corners) -> NDArray[np.bool_]:
     return result > 0
 
 
-def _with_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:
+def _fill_unseen(mesh: Mesh, uv: Corners, seen: NDArray[np.bool_]) -> Corners:
     """Return the coordinates with unseen triangles at the centroid of the nearest seen triangle."""
     from scipy.spatial import cKDTree
 

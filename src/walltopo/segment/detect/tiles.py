@@ -243,7 +243,12 @@ def mirrored(found: PhotoDetections) -> PhotoDetections:
 def _group_boxes(
     passes: Sequence[PhotoDetections], boxes: NDArray[np.float64]
 ) -> list[NDArray[np.int64]]:
-    """Return, per object, its positions in `boxes` (all passes in turn), highest score first."""
+    """Return the rows of `boxes` that show the same object, for each object; best score first.
+
+    Parameters
+    ----------
+    boxes : of all passes, one pass after the other.
+    """
     scores = np.concatenate([found.scores for found in passes])
     labels = np.concatenate([found.labels for found in passes])
     source = np.repeat(np.arange(len(passes)), [len(found) for found in passes])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from walltopo.core import Progress
 from walltopo.describe.classify.types import NONE_OF_THESE, Relief, open_model
 from walltopo.scans.holds import UNKNOWN
-from walltopo_lab.evaluate.types import named_on_scans
+from walltopo_lab.evaluate.types import name_types_on_scans
 from walltopo_lab.onnx_file import set_metadata
 from walltopo_lab.synth.holds import STYLES, make_hold
 from walltopo_lab.train.hold_types.net import Samples, train, write_onnx
@@ -104,7 +104,7 @@ def _sure_on_scans(
     path: Path, scans: Sequence[tuple[Path, Path]]
 ) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
     """Return the inputs of `min_certain` on lifted instances."""
-    _, lifted = named_on_scans(open_model(path), scans, 0.0)
+    _, lifted = name_types_on_scans(open_model(path), scans, 0.0)
     answers = lifted.answers.items()
     sure = np.array([sure if name != UNKNOWN else 0.0 for _, (name, sure) in answers])
     return sure, np.array([name == lifted.truth[key] for key, (name, _) in answers])
